@@ -43,6 +43,9 @@ pub fn defect(defect: &Defect) -> String {
             "omega_rad_s and dθ/dt are unrelated: is one of the columns another quantity, or from another recording?".to_owned()
         }
         Defect::RateScale { ratio, unit } => rate_scale(*ratio, *unit),
+        Defect::Unsigned { column } => format!(
+            "{column} is never negative, although it falls to zero and rises again after each reversal of the input: it is recorded without its sign. State this with --note {column}=magnitude."
+        ),
         Defect::ReversedCurrent => {
             "u_V and i_A have opposite signs while the voltage drives in the right direction: the current has the wrong sign.".to_owned()
         }

@@ -100,10 +100,16 @@ fn form(axis: Axis, m: &Misfit) -> String {
         Signature::Line { frequency_hz } => format!("oscillates at {frequency_hz:.3} Hz"),
         Signature::EncoderError => "looks like an error of the encoder".into(),
         Signature::EncoderEccentricity => {
-            "increases with the rate, in the angle and in the rate derived from it: looks like encoder eccentricity, not a torque".into()
+            format!(
+                "increases with the rate, in the angle and in the rate derived from it: may be encoder eccentricity, or a {torque} over the {angle} such as gravity, as long as the model is far off"
+            )
         }
-        Signature::AngleHarmonic => "in the angle only, and increases with the rate: looks like encoder eccentricity, not a torque".into(),
-        Signature::SensorHarmonic => "in this channel only, and independent of the rate: looks like the sensor, not a torque".into(),
+        Signature::AngleHarmonic => {
+            format!(
+                "in the {angle} only, and increases with the {rate}: may be encoder eccentricity, or a {torque} over the {angle} such as gravity, as long as the model is far off"
+            )
+        }
+        Signature::SensorHarmonic => "in this channel only, and independent of the rate: looks like the sensor rather than a torque".into(),
         Signature::ByLog { difference, channel, is_voltage } => by_log(axis, difference, channel, is_voltage),
         Signature::Offset => "a constant offset".into(),
         Signature::Sensor { channel } => {

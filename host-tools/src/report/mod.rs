@@ -45,6 +45,7 @@ pub use misfits::sentence as misfit;
 pub use numbers::{grouped, p_statement, p_value, plain, significant, with_sigma};
 pub use terminal::{Style, sparkline};
 
+use crate::identify::fit::ChannelFit;
 use crate::log::{Axis, Log};
 use crate::model::Channel;
 
@@ -103,6 +104,11 @@ pub fn unit(axis: Axis, channel: Channel) -> &'static str {
         Channel::Voltage => "V",
         Channel::Torque => "N m",
     })
+}
+
+/// Quantity of a fitted channel: the angle itself, where it was compared and not its increments.
+pub fn fitted_quantity(axis: Axis, f: &ChannelFit) -> &'static str {
+    if f.channel == Channel::Angle && !f.is_increment { axis.quantity("angle") } else { quantity(axis, f.channel) }
 }
 
 /// Quantity of a channel, for headings and axes.

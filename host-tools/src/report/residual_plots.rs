@@ -6,7 +6,7 @@ use super::coordinates::{AxisLabel, CoordinateAxis};
 use super::plot::envelope::{Pieces, envelope, extent};
 use super::plot::svg::Drawing;
 use super::plot::{Axis, HALF_WIDTH, Plot, WIDTH, with_margin};
-use super::{quantity, unit};
+use super::{fitted_quantity, unit};
 use crate::identify::fit::prepared_log::ComparedChannel;
 use crate::identify::fit::{ChannelFit, PreparedLog};
 use crate::model::Channel;
@@ -31,7 +31,7 @@ pub struct Line<'a> {
 /// What is compared at a row: the measured value, or an angle's increment.
 fn measured(data: &PreparedLog, compared: &ComparedChannel, row: usize) -> f64 {
     let value = |row: usize| compared.measured.get(row).copied();
-    if compared.channel != Channel::Angle {
+    if compared.channel != Channel::Angle || data.angle_is_absolute() {
         return value(row).unwrap_or(f64::NAN);
     }
     let before = row.checked_sub(data.angle_lag()).and_then(value);
@@ -71,7 +71,7 @@ pub fn traces(data: &PreparedLog, compared: &ComparedChannel, models: &[Line], r
     let seen = series(data, first, range, |row, _| measured(data, compared, row));
     let modelled: Vec<Pieces> = models.iter().map(|m| series(data, m.fit, range, |row, r| measured(data, compared, row) - r)).collect();
     let extent = extent(std::iter::once(&seen).chain(&modelled))?;
-    let y = Axis::new(with_margin(extent), 5, quantity(data.axis, first.channel), unit(data.axis, first.channel));
+    let y = Axis::new(with_margin(extent), 5, fitted_quantity(data.axis, first), unit(data.axis, first.channel));
     let mut plot = Plot::new(Axis::new(range, 10, "time", "s"), y, WIDTH, 260.0);
     if held_out {
         shade_held_out(data, range, &mut plot);

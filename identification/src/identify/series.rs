@@ -5,7 +5,7 @@ use crate::log::{Axis, Column, Log, LogError};
 use crate::model::Channel;
 
 /// The rows in which every channel is compared, as a log: time (of several logs one after the other), input, and for each channel the measured column and, with the suffix `_model`, the modelled
-/// one; `held_out` is 1 where the fit did not use the row. An angle is compared by its increments (`theta_increment_rad`).
+/// one; `held_out` is 1 where the fit did not use the row. An angle is compared by its increments (`theta_increment_rad`) where its note does not state otherwise.
 ///
 /// # Errors
 /// No row is compared.
@@ -20,7 +20,7 @@ pub fn series(log: &Log, data: &PreparedLog, fit: &FitResult) -> Result<Log, Log
     for (channel, fitted) in data.channels.iter().zip(&fit.channels) {
         let lag = data.angle_lag();
         let (name, measured): (&str, Vec<f64>) = match channel.channel {
-            Channel::Angle => (
+            Channel::Angle if fitted.is_increment => (
                 if axis == Axis::Linear { "x_increment_m" } else { "theta_increment_rad" },
                 rows.iter().map(|&row| channel.measured[row] - channel.measured[row - lag]).collect(),
             ),

@@ -181,13 +181,16 @@ fn notes_state_the_provenance_of_a_column() {
         assert!(log.warnings().is_empty(), "{note}: {:?}", log.warnings());
         log.provenance(column)
     };
-    let plain = Provenance { instant: true, mean_before_s: None, filter_hz: None, source: RateSource::Unknown };
+    let plain =
+        Provenance { instant: true, mean_before_s: None, filter_hz: None, source: RateSource::Unknown, magnitude: false, absolute: false };
     let by = |source| Provenance { source, ..plain };
     let rate = |note: &str| made("omega_rad_s", note);
     let mean = |s| Provenance { instant: false, mean_before_s: Some(s), ..by(RateSource::Encoder) };
     assert_eq!(rate("encoder, mean over 4 ms before t"), mean(4.0 * 1e-3));
     assert_eq!(rate("mean over 4ms before t, encoder"), mean(4.0 * 1e-3));
     assert_eq!(rate("encoder; mean over 0.02 s"), mean(0.02));
+    assert_eq!(rate("gyro, magnitude"), Provenance { magnitude: true, ..by(RateSource::RateSensor) });
+    assert_eq!(made("theta_rad", "compared absolutely"), Provenance { absolute: true, ..plain });
     assert_eq!(rate("gyro, filter 100 Hz"), Provenance { filter_hz: Some(100.0), ..by(RateSource::RateSensor) });
     assert_eq!(rate("gyro, low-pass 0.1 kHz"), Provenance { filter_hz: Some(100.0), ..by(RateSource::RateSensor) });
     assert_eq!(rate("at t"), plain);

@@ -2,7 +2,6 @@
 
 use crate::identify::fit::prepared_log::ComparedChannel;
 use crate::identify::fit::{ChannelFit, PreparedLog};
-use crate::model::Channel;
 use crate::report::coordinates::CoordinateAxis;
 use crate::report::html::{Class, Markup, Page};
 use crate::report::plot::{Axis, HALF_WIDTH, Plot, with_margin};
@@ -100,7 +99,7 @@ fn correlogram(data: &PreparedLog, f: &ChannelFit, page: &mut Page) {
     plot.band(-a.band, a.band, "band");
     let caption = Markup::from("Autocorrelation of the residual. ").then(Markup::swatch("band", "95 % interval of white noise"));
     let angle = ". Angle increments that share a reading have a correlation of −½ at a lag of 20 ms.";
-    page.figure(&plot.finish(), if f.channel == Channel::Angle { caption.then(angle) } else { caption });
+    page.figure(&plot.finish(), if f.is_increment { caption.then(angle) } else { caption });
 }
 
 /// Mean residual over each coordinate.

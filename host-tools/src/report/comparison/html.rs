@@ -5,7 +5,7 @@ use super::{Comparison, channel_plots, misfit_plots, words};
 use crate::identify::residual::plot_data::ResidualPlotData;
 use crate::report::coordinates::coordinates;
 use crate::report::html::{Cell, Class, Markup, Page, Table};
-use crate::report::{column, log_entries, misfits, numbers, quantity, unit};
+use crate::report::{column, fitted_quantity, log_entries, misfits, numbers, unit};
 
 /// The page.
 pub fn html(c: &Comparison) -> String {
@@ -20,7 +20,7 @@ pub fn html(c: &Comparison) -> String {
     let plot_data = ResidualPlotData::new(c.log, c.data, c.result);
     for (index, (compared, fit)) in c.data.channels.iter().zip(&c.result.channels).enumerate() {
         let axis = c.model.axis();
-        let heading = Markup::from(column(axis, fit.channel)).then(" ").then(Markup::span(Class::Faint, quantity(axis, fit.channel)));
+        let heading = Markup::from(column(axis, fit.channel)).then(" ").then(Markup::span(Class::Faint, fitted_quantity(axis, fit)));
         page.section(heading, |page| {
             page.text(words::channel(axis, fit));
             channel_plots::whole_log(c.data, compared, fit, page);

@@ -8,7 +8,6 @@ use super::parameters::{Determination, parameters};
 use crate::identify::fit::ChannelFit;
 use crate::identify::fit::prepared_log::ANGLE_INCREMENT_S;
 use crate::log::Axis;
-use crate::model::Channel;
 use crate::report::json::{Entries, is_false, value};
 use crate::report::misfits::MisfitJson;
 use crate::report::{column, unit};
@@ -142,6 +141,6 @@ fn output(f: &ChannelFit, axis: Axis) -> OutputJson {
         heldout_rms: f.heldout_rms,
         rows: f.rows,
         unit: unit(axis, f.channel),
-        compared: (f.channel == Channel::Angle).then(|| format!("increments over {} ms", (ANGLE_INCREMENT_S * 1e3).round())),
+        compared: f.is_increment.then(|| format!("increments over {} ms", (ANGLE_INCREMENT_S * 1e3).round())),
     }
 }

@@ -43,9 +43,11 @@ fn data(log: &Log) -> PreparedLog<'_> {
         instant: false,
         quantum: None,
         outliers: None,
+        magnitude: false,
     };
     PreparedLog {
         predictor: None,
+        absolute_angle: false,
         t_s: log.t_s().into(),
         axis: Default::default(),
         input: log.column("u_V").unwrap().into(),
@@ -82,6 +84,7 @@ fn result(model: &Model, log: &Log, rms: f64) -> FitResult {
     angle[..2].fill(f64::NAN);
     let fit = |shows, rms, heldout_rms, noise, residual| ChannelFit {
         channel: shows,
+        is_increment: shows == Channel::Angle,
         rms,
         heldout_rms,
         noise,

@@ -5,7 +5,7 @@ use super::{Comparison, words};
 use crate::identify::fit::ChannelFit;
 use crate::report::residual_plots::rms_over_time;
 use crate::report::terminal::{Style, sparkline};
-use crate::report::{column, misfits, numbers, quantity, unit};
+use crate::report::{column, fitted_quantity, misfits, numbers, unit};
 use crate::statistics::Extremes;
 
 /// The whole report; the last paragraph is the conclusion.
@@ -56,14 +56,14 @@ fn channel(c: &Comparison, f: &ChannelFit, style: Style) -> String {
     let at_noise = ratio <= words::MAX_NOISE_RATIO;
     let number = |x: f64| numbers::significant(x, 3);
     let axis = c.model.axis();
-    let heading = format!("{}  {}", column(axis, f.channel), quantity(axis, f.channel));
+    let heading = format!("{}  {}", column(axis, f.channel), fitted_quantity(axis, f));
     let more = if at_noise { format!(" (ratio {})", number(ratio)) } else { String::new() };
     let fits = heading.chars().count() + 2 + size.chars().count() + more.len() <= style.width;
     let painted = if at_noise { style.good(&size) } else { style.warn(&size) };
     let mut text = format!(
         "{}  {}{}{painted}{more}\n",
         style.strong(column(axis, f.channel)),
-        style.faint(quantity(axis, f.channel)),
+        style.faint(fitted_quantity(axis, f)),
         if fits { "  " } else { "\n  " }
     );
     let mut items = vec![format!("rms {} {}", number(f.rms), unit(axis, f.channel))];

@@ -12,7 +12,7 @@ use crate::report::comparison;
 use crate::report::coordinates::{CoordinateAxis, coordinates};
 use crate::report::html::{Cell, Class, Markup, Page, Table};
 use crate::report::residual_plots::{self, Line};
-use crate::report::{column, log_entries, log_warnings, misfits, numbers, quantity, unit};
+use crate::report::{column, fitted_quantity, log_entries, log_warnings, misfits, numbers, unit};
 
 /// The page.
 pub fn explain_html(e: &Explanation) -> String {
@@ -165,7 +165,7 @@ fn channels(e: &Explanation, data: &PreparedLog, page: &mut Page) {
         let pair = Pair { compared, before, after };
         let spectra = plot_data.each_ref().map(|p| p.as_ref().and_then(|p| p.spectrum(index)));
         let axis = e.model.axis();
-        let heading = Markup::from(column(axis, before.channel)).then(" ").then(Markup::span(Class::Faint, quantity(axis, before.channel)));
+        let heading = Markup::from(column(axis, before.channel)).then(" ").then(Markup::span(Class::Faint, fitted_quantity(axis, before)));
         page.section(heading, |page| channel(data, &pair, &labels, &along, &spectra, page));
     }
 }

@@ -11,6 +11,7 @@ fn fitted(model: &Model, factors: [f64; 4]) -> FitResult {
     }
     let channel = |channel| ChannelFit {
         channel,
+        is_increment: channel == Channel::Angle,
         rms: 1.0,
         heldout_rms: None,
         noise: 1.0,

@@ -593,6 +593,8 @@ pub struct UnknownCriteria {
     pub min_knots: usize,
     /// Functions that are fitted in full; default 2.
     pub max_fitted: usize,
+    /// Expressions with the shape of a function that are fitted in full; default 3.
+    pub max_expressions: usize,
     /// Functions and frequencies among which chance may choose; default 4000.
     pub tests: f64,
     /// Confidence interval of a knot, multiple of the median one, from which on the knot is not drawn; default 8.
@@ -611,6 +613,7 @@ impl Default for UnknownCriteria {
             max_knots_temperature: 8,
             min_knots: 6,
             max_fitted: 2,
+            max_expressions: 3,
             tests: 4000.0,
             max_confidence_ratio: 8.0,
             sector_steepness: 80.0,

@@ -9,7 +9,7 @@
 //! * [`refit`] ([`candidate`], [`descent`]): the best few, fitted;
 //! * [`compare`] ([`likelihood`], [`refusal`]): evidence on whitened residuals;
 //! * [`search`] ([`stop`], [`eliminate`]): add or stop, remove what is no longer needed;
-//! * [`verdict`] ([`unknown_structure`], [`piecewise_linear`]): cause, or unknown structure;
+//! * [`verdict`] ([`unknown_structure`], [`piecewise_linear`], [`symbolic`]): cause, or unknown structure;
 //! * [`detection`]: what the logs would have shown, where nothing is missing;
 //! * [`next_experiment`] ([`design`]): what to measure next.
 //!
@@ -44,6 +44,7 @@ mod search;
 mod search_path;
 mod stiffness;
 mod stop;
+mod symbolic;
 mod trial;
 mod trials;
 mod unknown_structure;
@@ -185,6 +186,8 @@ pub fn explain_by(
     let context = Context { log: &log, log_rows: &log_rows, criteria: &criteria };
     let (mut data, remarks) = prepare::prepare(&log, model, true)?;
     data.deadline = Deadline::after_s(criteria.search.time_limit_s);
+    // The evidence is that of increments, whose errors do not accumulate.
+    data.absolute_angle = false;
     progress(&Progress::FittingGiven);
     let start = Start::of(context, model, data)?;
     let base = start.free_run();

@@ -1,8 +1,8 @@
 //! Structures that no effect of the catalogue has.
 //!
 //! Piecewise linear laws over every coordinate ([`super::piecewise_linear`]), and a torque or voltage that oscillates in time, are fitted
-//! like effects and compared by the same evidence. For the best of them an expression with few parameters is fitted that can be pasted
-//! into the model file.
+//! like effects and compared by the same evidence. For the best of them expressions with few parameters are searched ([`super::symbolic`]), fitted and compared on
+//! held-out rows; the best can be pasted into the model file.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -18,6 +18,7 @@ use super::harmonics::search_frequencies;
 use super::likelihood::{Whitener, delta_bic};
 use super::motion::turns;
 use super::piecewise_linear::PiecewiseLinear;
+use super::symbolic::{self, Proposal};
 use crate::identify::fit::build::{self, append_linear};
 use crate::identify::fit::normal_equations::{MAX_UNKNOWNS, linearize};
 use crate::identify::fit::solve::Iterate;
@@ -134,7 +135,10 @@ fn fit_piecewise_linear(base: &FittedModel, law: &PiecewiseLinear) -> Option<Unk
         return None;
     }
     let (delta_bic, chi2_per_n) = compare(base, &system, &end, free.len() - base.free_parameters());
-    let expression = propose(base.context.criteria, law, &heights).and_then(|proposal| fit_expression(base, &proposal));
+    let unknown = &base.context.criteria.unknown;
+    let expressions = symbolic::proposals(unknown, law, &heights, &confidence, unknown.max_expressions);
+    let fitted: Vec<FittedExpression> = expressions.par_iter().filter_map(|proposal| fit_expression(base, proposal)).collect();
+    let expression = fitted.into_iter().min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
     let shape = Shape {
         acts_on: law.acts_on,
         coordinate: law.coordinate,
@@ -181,51 +185,6 @@ fn compare(base: &FittedModel, system: &System, end: &Iterate, extra_parameters:
         sum / n.max(1) as f64 / (f.noise * f.noise)
     });
     (bic, worst(chi2_per_n))
-}
-
-/// An expression for the model file, before it is fitted.
-pub struct Proposal {
-    /// What it is added to.
-    pub acts_on: SummingPoint,
-    /// The expression.
-    pub text: String,
-    /// Names of its parameters with their start values.
-    pub starts: Vec<(&'static str, f64)>,
-}
-
-/// An expression with few parameters that has the shape of these heights.
-pub fn propose(criteria: &Criteria, law: &PiecewiseLinear, heights: &[f64]) -> Option<Proposal> {
-    let largest = law.range.0.abs().max(law.range.1.abs());
-    let (text, starts) = match law.coordinate {
-        Coordinate::Theta => sector(heights, criteria.unknown.sector_steepness),
-        Coordinate::Omega => {
-            let text = format!("a + b * omega * abs(omega) + d * tanh(omega / {:.3e})", 0.1 * largest);
-            (text, vec![("a", 0.0), ("b", 0.0), ("d", 0.0)])
-        }
-        Coordinate::Current => ("a * i + b * i * abs(i) + d * i^3".to_owned(), vec![("a", 0.0), ("b", 0.0), ("d", 0.0)]),
-        Coordinate::Temperature => ("a * (T - 25)".to_owned(), vec![("a", 0.0)]),
-        _ => return None,
-    };
-    Some(Proposal { acts_on: law.acts_on, text, starts })
-}
-
-/// A sector of the turn: height `a` above the rest, middle `c`, half width `h`.
-fn sector(heights: &[f64], steepness: f64) -> (String, Vec<(&'static str, f64)>) {
-    let n = heights.len();
-    let rest = median(heights.iter().copied()).unwrap_or(0.0);
-    let (low, high) = heights.iter().copied().min_max();
-    let sign = if high - rest >= rest - low { 1.0 } else { -1.0 };
-    let top = if sign > 0.0 { high } else { low };
-    let inside: Vec<usize> = (0..n).filter(|&k| (heights[k] - rest) * sign > 0.5 * (top - rest) * sign).collect();
-    let (mut x, mut y) = (0.0, 0.0);
-    for &k in &inside {
-        let (s, c) = (TAU * k as f64 / n as f64).sin_cos();
-        x += c * (heights[k] - rest).abs();
-        y += s * (heights[k] - rest).abs();
-    }
-    let middle = y.atan2(x).rem_euclid(TAU);
-    let half = (0.5 * TAU * inside.len() as f64 / n as f64).clamp(0.1, 3.0);
-    (format!("a / (1 + exp({steepness} * (cos(h) - cos(theta - c))))"), vec![("a", top - rest), ("c", middle), ("h", half)])
 }
 
 /// Knots with which an oscillation is drawn over one period.

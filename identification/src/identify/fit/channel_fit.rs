@@ -18,7 +18,9 @@ pub(super) const MAX_NOISE_CHI2_PER_N: f64 = 1.5;
 pub struct ChannelFit {
     /// The channel.
     pub channel: Channel,
-    /// Root mean square of the residual over the fitted rows, in the unit of the channel (angle: of increments over 20 ms).
+    /// An angle is compared by its increments over 20 ms.
+    pub is_increment: bool,
+    /// Root mean square of the residual over the fitted rows, in the unit of the channel.
     pub rms: f64,
     /// Root mean square of the residual over the held-out rows; `None` if no rows are held out.
     pub heldout_rms: Option<f64>,
@@ -55,7 +57,7 @@ impl ChannelFit {
         let rms_of_all = (compared.iter().map(|r| r * r).sum::<f64>() / compared.len().max(1) as f64).sqrt();
         let channel = data.channels[index].channel;
         // An increment over m rows has a reading in common with the increments up to m rows before and after.
-        let stride = if channel == Channel::Angle && data.predictor.is_none() {
+        let stride = if channel == Channel::Angle && !data.angle_is_absolute() {
             2 * data.angle_lag()
         } else {
             differencing_rows(data, index).max(1) * 2 - 1
@@ -63,6 +65,7 @@ impl ChannelFit {
         let (_, white_p) = noise::ljung_box(&compared, stride, WHITENESS_LAGS);
         ChannelFit {
             channel,
+            is_increment: channel == Channel::Angle && !data.angle_is_absolute(),
             rms: rms(false).unwrap_or(rms_of_all),
             heldout_rms: rms(true),
             noise,
@@ -105,8 +108,8 @@ pub(super) fn compared(residual: &[f64]) -> Vec<f64> {
 /// Number of rows over which white noise was differenced in this channel; 0 if it was not.
 pub(crate) fn differencing_rows(data: &PreparedLog, channel: usize) -> usize {
     let c = &data.channels[channel];
-    if data.predictor.is_some() {
-        // Innovations are independent.
+    if data.angle_is_absolute() && (data.predictor.is_some() || c.channel == Channel::Angle) {
+        // Innovations are independent, and so are the errors of readings.
         return 0;
     }
     match c.channel {
@@ -127,7 +130,7 @@ fn noise_floor(data: &PreparedLog, channel: usize) -> f64 {
 /// Noise of a channel estimated from the measured series, before any fit.
 pub(crate) fn noise_of_series(data: &PreparedLog, channel: usize) -> f64 {
     let c = &data.channels[channel];
-    let scale = if c.channel == Channel::Angle { 2f64.sqrt() } else { 1.0 };
+    let scale = if c.channel == Channel::Angle && !data.absolute_angle { 2f64.sqrt() } else { 1.0 };
     (noise::of_series(c.measured.iter().copied()) * scale).max(noise_floor(data, channel))
 }
 
@@ -137,7 +140,7 @@ pub(super) fn noise_of_residual(data: &PreparedLog, channel: usize, residual: &[
     let correlation = c.filter_hz.map_or(0.0, |hz| (-std::f64::consts::TAU * hz * data.dt_s).exp());
     let fine = noise::of_residuals(residual, correlation);
     let quantised = match (c.channel, c.quantum) {
-        (Channel::Angle, Some(quantum)) => quantisation_noise(data, channel, residual, quantum),
+        (Channel::Angle, Some(quantum)) if !data.absolute_angle => quantisation_noise(data, channel, residual, quantum),
         _ => 0.0,
     };
     fine.max(quantised).max(noise_floor(data, channel))

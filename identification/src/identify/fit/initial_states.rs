@@ -66,7 +66,7 @@ pub fn initial_state_kinds(rig: &Rig<f64>, data: &PreparedLog) -> Vec<InitialSta
         return list;
     }
     list.push(InitialStateKind::Rate);
-    if data.predictor.is_some() && data.channels.iter().any(|c| c.channel == Channel::Angle) {
+    if data.angle_is_absolute() && data.channels.iter().any(|c| c.channel == Channel::Angle) {
         list.push(InitialStateKind::Angle);
     }
     let structure = rig.structure();
@@ -94,6 +94,7 @@ pub fn starting_states(kinds: &[InitialStateKind], data: &PreparedLog, parameter
         let mean = |y: &[f64]| y[rows.start..rows.start + count].iter().sum::<f64>() / count as f64;
         let start = |kind: &InitialStateKind| match kind {
             InitialStateKind::Rate => match (channel(Channel::Rate), data.theta) {
+                (Some(c), _) if c.magnitude => mean(c.measured) * mean(&data.input).signum(),
                 (Some(c), _) => mean(c.measured),
                 (None, Some(theta)) => {
                     let last = (rows.start + data.angle_lag()).min(rows.end - 1);

@@ -56,6 +56,8 @@ pub struct MeasurementChain<S> {
     values: VecDeque<S>,
     /// Jumps of the angle, in a rate that is derived from it.
     jumps: Option<Jumps<S>>,
+    /// The channel has no sign.
+    magnitude: bool,
 }
 
 /// Jumps of the angle in a rate that is the difference of the angle over an interval.
@@ -111,9 +113,10 @@ impl<S: Scalar> MeasurementChain<S> {
             within_rows: history.is_some() || lag_s.is_some(),
             history,
             last: None,
-            increment: if channel.channel == Channel::Angle && data.predictor.is_none() { data.angle_lag() } else { 0 },
+            increment: if channel.channel == Channel::Angle && !data.angle_is_absolute() { data.angle_lag() } else { 0 },
             values: VecDeque::new(),
             jumps,
+            magnitude: channel.magnitude,
         }
     }
 
@@ -150,7 +153,7 @@ impl<S: Scalar> MeasurementChain<S> {
             let before = self.values.pop_front()?;
             return Some(value - before);
         }
-        Some(value)
+        Some(if self.magnitude { value.abs() } else { value })
     }
 
     /// The state was corrected after the last row: rate, angle and measured quantity there.

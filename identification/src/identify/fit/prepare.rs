@@ -226,6 +226,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
                 instant: made.instant && channel == Channel::Current,
                 quantum: log.quantization_step(channel.column()),
                 outliers: None,
+                magnitude: made.magnitude && matches!(channel, Channel::Rate | Channel::Current),
             }
         })
         .collect();
@@ -274,6 +275,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         dt_s,
         deadline: Deadline::NEVER,
         predictor: None,
+        absolute_angle: log.provenance("theta_rad").absolute,
     };
     Ok((data, notes))
 }

@@ -40,6 +40,8 @@ pub struct ComparedChannel<'a> {
     pub instant: bool,
     /// Least significant bit, if the channel is quantised.
     pub quantum: Option<f64>,
+    /// The channel is the magnitude of its quantity (from the log's notes).
+    pub magnitude: bool,
     /// True in rows whose value is an outlier and is not compared; `None` where there are none.
     pub outliers: Option<Arc<[bool]>>,
 }
@@ -85,6 +87,8 @@ pub struct PreparedLog<'a> {
     pub deadline: Deadline,
     /// How the simulated state follows the measurement; `None`: the simulation runs freely, and the angle is compared by its increments.
     pub predictor: Option<Arc<Predictor>>,
+    /// The angle itself is compared, not its increments (from the log's notes).
+    pub absolute_angle: bool,
 }
 
 impl PreparedLog<'_> {
@@ -156,6 +160,11 @@ impl PreparedLog<'_> {
         if low <= high { (low, high) } else { (0.0, 0.0) }
     }
 
+    /// The angle itself is compared, not its increments.
+    pub fn angle_is_absolute(&self) -> bool {
+        self.absolute_angle || self.predictor.is_some()
+    }
+
     /// Number of rows between the two angles of an increment.
     pub fn angle_lag(&self) -> usize {
         increment_rows(self.dt_s)
@@ -170,7 +179,7 @@ impl PreparedLog<'_> {
             return None;
         }
         match c.channel {
-            Channel::Angle if self.predictor.is_some() => Some(c.measured[row] + 0.5 * self.theta_quantum),
+            Channel::Angle if self.angle_is_absolute() => Some(c.measured[row] + 0.5 * self.theta_quantum),
             Channel::Angle => {
                 let lag = self.angle_lag();
                 (row >= segment_begin + lag && !outlier(row - lag)).then(|| c.measured[row] - c.measured[row - lag])
@@ -253,6 +262,7 @@ impl Preparation {
             instant: c.instant,
             quantum: c.quantum,
             outliers: c.outliers.clone(),
+            magnitude: c.magnitude,
         };
         Preparation(PreparedLog {
             t_s: Cow::Borrowed(&[]),
@@ -274,6 +284,7 @@ impl Preparation {
             held_out: data.held_out.clone(),
             deadline: Deadline::NEVER,
             predictor: None,
+            absolute_angle: data.absolute_angle,
         })
     }
 

@@ -4,6 +4,8 @@
 //! is J δω' = τ − λ J δω with λ J = K²/R + b for a voltage input and b for a current input. The response of the current is −K/R δω; that of the
 //! angle's increments is the integral of δω over 20 ms. A voltage v acts as the torque K v/R, and directly as v/R on the current.
 
+use std::ops::Range;
+
 use drive_model::effects::viscous;
 
 use crate::identify::fit::{FitResult, PreparedLog};
@@ -88,6 +90,17 @@ impl DriveConstants {
     }
 }
 
+/// The residual of an angle as that of its increments over `lag` rows; NaN in the first rows of each segment.
+fn increments(residual: &[f64], lag: usize, segments: &[Range<usize>]) -> Vec<f64> {
+    let mut list = vec![f64::NAN; residual.len()];
+    for rows in segments {
+        for row in rows.start + lag..rows.end {
+            list[row] = residual[row] - residual[row - lag];
+        }
+    }
+    list
+}
+
 impl ResidualRows {
     /// The rows of a log; `None` if nothing is compared.
     pub fn new(log: &Log, data: &PreparedLog, fit: &FitResult) -> Option<ResidualRows> {
@@ -123,8 +136,13 @@ impl ResidualRows {
                 return None;
             }
             let at = y.len();
-            y.extend(f.residual.iter().map(|r| if r.is_finite() { r / unit } else { 0.0 }));
-            mask.extend(f.residual.iter().map(|r| if r.is_finite() { 1.0 } else { 0.0 }));
+            let residual = if f.channel == Channel::Angle && !f.is_increment {
+                increments(&f.residual, lag, &data.segments)
+            } else {
+                f.residual.clone()
+            };
+            y.extend(residual.iter().map(|r| if r.is_finite() { r / unit } else { 0.0 }));
+            mask.extend(residual.iter().map(|r| if r.is_finite() { 1.0 } else { 0.0 }));
             let power = y[at..].iter().map(|v: &f64| v * v).sum();
             channels.push(ResidualChannel { channel: f.channel, unit, power });
         }

@@ -228,6 +228,9 @@ const PEAKS_PER_SPECTRUM: usize = 2;
 /// Harmonic orders that become candidates at every entry point.
 const MAX_HARMONICS: usize = 3;
 
+/// Fewest periods along the path of the motion, forth and back, of a harmonic.
+const MIN_TRAVELLED_PERIODS: f64 = 1.5;
+
 /// Number of harmonics and lines examined, and the candidates among them.
 fn periodic_candidates(full: &ResidualRows, coarse: &ResidualRows, taken: &[Vec<f64>]) -> (usize, Vec<Candidate>) {
     let mut list = Vec::new();
@@ -250,6 +253,9 @@ fn periodic_candidates(full: &ResidualRows, coarse: &ResidualRows, taken: &[Vec<
                 }
             }
         }
+        // A fraction of a period is a drift: any smooth error would fit it.
+        let travelled = shapes::travelled_turns(full);
+        orders.retain(|(order, _)| f64::from(*order) * travelled >= MIN_TRAVELLED_PERIODS);
         orders.sort_by(|a, b| b.1.total_cmp(&a.1));
         for &(order, _) in orders.iter().take(MAX_HARMONICS) {
             let waves = waves(full, order);

@@ -280,6 +280,11 @@ pub fn families(rows: &ResidualRows) -> Vec<Family> {
     list
 }
 
+/// Length of the path of the motion, forth and back, turns.
+pub fn travelled_turns(rows: &ResidualRows) -> f64 {
+    rows.omega.iter().map(|w| w.abs() * rows.dt_s).sum::<f64>() / std::f64::consts::TAU
+}
+
 /// Takes a shape by its columns.
 type AddShape<'a> = dyn FnMut(Coordinate, Entry, ShapeKind, &[Vec<f64>]) + 'a;
 

@@ -1,7 +1,7 @@
 //! Reads notes.
 //!
 //! A note about a column has the name of the column as key, with or without the unit (`omega`); commas separate its clauses. Understood
-//! are `encoder`, `gyro`; `mean over 4 ms before t`, `counts per 20 ms`; `filter 100 Hz`; `at t`, `instant`; `mean over the row`; for `u_V`
+//! are `encoder`, `gyro`; `magnitude`; for an angle `compared absolutely`; `mean over 4 ms before t`, `counts per 20 ms`; `filter 100 Hz`; `at t`, `instant`; `mean over the row`; for `u_V`
 //! `asked` or `terminal`; for a quantization step `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per count`.
 
 use std::f64::consts::TAU;
@@ -22,6 +22,10 @@ pub struct Provenance {
     pub filter_hz: Option<f64>,
     /// The sensor of a rate.
     pub source: RateSource,
+    /// The column is a magnitude, without its sign.
+    pub magnitude: bool,
+    /// An angle is to be compared itself, not by its increments.
+    pub absolute: bool,
 }
 
 /// The sensor of a rate.
@@ -140,7 +144,8 @@ impl Notes {
 /// How a column was made, and the clauses of its note that were not understood.
 fn provenance(notes: &[(String, String)], column: &str) -> (Provenance, Vec<String>) {
     let instant = known(column).is_none_or(|c| !c.mean_over_row);
-    let mut made = Provenance { instant, mean_before_s: None, filter_hz: None, source: RateSource::Unknown };
+    let mut made =
+        Provenance { instant, mean_before_s: None, filter_hz: None, source: RateSource::Unknown, magnitude: false, absolute: false };
     let mut unclear = Vec::new();
     let own = note_of(notes, column);
     // Some loggers state under `encoder` how the rate was made.
@@ -198,6 +203,14 @@ pub(in crate::log) fn warnings(notes: &[(String, String)]) -> Vec<LogWarning> {
 /// Reads one clause into `made`; false if the clause is not understood.
 fn take_clause(made: &mut Provenance, clause: &str) -> bool {
     let mut understood = false;
+    if has_word(clause, &["magnitude", "unsigned"]) {
+        made.magnitude = true;
+        return true;
+    }
+    if has_word(clause, &["absolutely"]) {
+        made.absolute = true;
+        return true;
+    }
     if has_word(clause, &["encoder"]) {
         made.source = RateSource::Encoder;
         understood = true;

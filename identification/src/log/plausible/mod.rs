@@ -6,6 +6,7 @@
 //! defects: a defect must be beyond doubt.
 
 mod drive;
+mod magnitude;
 mod regress;
 mod slope;
 mod still;
@@ -31,6 +32,8 @@ pub enum DefectCode {
     WholeNumbers,
     /// Two channels disagree in sign.
     WrongSign,
+    /// A column lacks its sign.
+    Unsigned,
     /// Two channels differ by a conversion factor between units.
     WrongUnit,
     /// dθ/dt and ω differ by another factor, or are unrelated.
@@ -51,6 +54,7 @@ impl DefectCode {
             DefectCode::NoMotion => "no-motion",
             DefectCode::WholeNumbers => "whole-numbers",
             DefectCode::WrongSign => "wrong-sign",
+            DefectCode::Unsigned => "unsigned",
             DefectCode::WrongUnit => "wrong-unit",
             DefectCode::RateDisagrees => "rate-disagrees",
             DefectCode::Swapped => "swapped",
@@ -112,6 +116,11 @@ pub enum Defect {
         ratio: f64,
         /// The unit error with this ratio, if there is one; the sign apart.
         unit: Option<UnitError>,
+    },
+    /// The column is a magnitude, and no note states it.
+    Unsigned {
+        /// `omega_rad_s` or `i_A`.
+        column: &'static str,
     },
     /// `i_A` has the opposite sign.
     ReversedCurrent,
@@ -180,6 +189,7 @@ impl Defect {
             Defect::RateScale { unit: Some(_), .. } | Defect::Thousandths { .. } => DefectCode::WrongUnit,
             Defect::RateScale { ratio, unit: None } if *ratio < 0.0 => DefectCode::WrongSign,
             Defect::UnrelatedRate | Defect::RateScale { .. } => DefectCode::RateDisagrees,
+            Defect::Unsigned { .. } => DefectCode::Unsigned,
             Defect::ReversedCurrent | Defect::ReversedVoltage => DefectCode::WrongSign,
             Defect::ReversedDrive | Defect::ReversedAcceleration { .. } => DefectCode::NegativeMotorConstant,
         }
@@ -192,6 +202,7 @@ impl Defect {
             Defect::WholeNumbers { columns } | Defect::NoMotion { columns, .. } | Defect::Thousandths { columns, .. } => columns.clone(),
             Defect::ConstantInput { input: column, .. }
             | Defect::ConstantChannel { column, .. }
+            | Defect::Unsigned { column }
             | Defect::ReversedAcceleration { column } => vec![column],
             Defect::ExchangedAngleAndRate | Defect::UnrelatedRate | Defect::RateScale { .. } => vec!["theta_rad", "omega_rad_s"],
             Defect::ExchangedRates { .. } => vec!["omega_rad_s", "gyro_rad_s"],
@@ -218,7 +229,9 @@ pub fn check(log: &Log, input: &str) -> Vec<Defect> {
     if defects.iter().any(|d| d.code() != DefectCode::WholeNumbers) {
         return defects;
     }
-    let signs = slope::check(log).or_else(|| drive::check(log));
+    let magnitudes = ["omega_rad_s", "i_A"].into_iter().any(|column| log.provenance(column).magnitude);
+    // A magnitude has no sign that could be wrong.
+    let signs = if magnitudes { None } else { magnitude::check(log, input).or_else(|| slope::check(log)).or_else(|| drive::check(log)) };
     match signs {
         // A stepped voltage in the current's column has whole numbers, too.
         Some(swapped) if swapped.code() == DefectCode::Swapped => vec![swapped],

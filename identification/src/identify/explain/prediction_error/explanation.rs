@@ -18,7 +18,8 @@ use crate::identify::explain::criteria::MisfitClass;
 use crate::identify::explain::fitted_model::FittedModel;
 use crate::identify::explain::reasons::{Progress, Refusal, Remark};
 use crate::identify::explain::search_path::{Added, Search};
-use crate::identify::explain::unknown_structure::{self, Proposal};
+use crate::identify::explain::symbolic::{self, Proposal};
+use crate::identify::explain::unknown_structure;
 use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::fit::{self, FitError, Iterate, PreparedLog, build};
 use crate::identify::predict::fit::Prediction;
@@ -245,7 +246,9 @@ fn drawn(base: &PredictedModel, candidate: &Candidate) -> Option<Shape> {
     if !bins.iter().any(|b| b.mean.abs() > b.confidence) {
         return None;
     }
-    let expression = unknown_structure::propose(criteria, law, &heights).and_then(|proposal| with_expression(base, &proposal));
+    let proposals = symbolic::proposals(&criteria.unknown, law, &heights, &confidence, criteria.unknown.max_expressions);
+    let expressions = proposals.iter().filter_map(|proposal| with_expression(base, proposal));
+    let expression = expressions.min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
     let delta_bic = expression.as_ref().map_or(candidate.delta_bic, |e| e.delta_bic.min(candidate.delta_bic));
     Some(Shape {
         acts_on: law.acts_on,

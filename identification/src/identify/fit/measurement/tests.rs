@@ -11,12 +11,22 @@ const TAU_S: f64 = 0.029;
 const ROWS: usize = 12;
 
 fn compared(shows: Channel, mean_before_s: Option<f64>) -> ComparedChannel<'static> {
-    ComparedChannel { channel: shows, measured: &[], mean_before_s, filter_hz: None, instant: false, quantum: None, outliers: None }
+    ComparedChannel {
+        channel: shows,
+        measured: &[],
+        mean_before_s,
+        filter_hz: None,
+        instant: false,
+        quantum: None,
+        outliers: None,
+        magnitude: false,
+    }
 }
 
 fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a> {
     PreparedLog {
         predictor: None,
+        absolute_angle: false,
         t_s: t_s.into(),
         axis: Default::default(),
         input: (&[]).into(),
