@@ -62,7 +62,7 @@ impl Input {
         match self {
             Input::Voltage => &[Channel::Rate, Channel::Current, Channel::Angle],
             Input::Current | Input::Torque => &[Channel::Rate, Channel::Angle],
-            Input::Motion => &[Channel::Current, Channel::Torque, Channel::Voltage],
+            Input::Motion => &[Channel::Current, Channel::Torque, Channel::Voltage, Channel::Rate],
         }
     }
 }

@@ -271,7 +271,8 @@ pub fn detection_limits(e: &Explanation) -> Vec<LimitRow> {
     let number = |x: f64| numbers::significant(x, 2);
     let row = |l: &DetectionLimit| {
         let amplitude = &l.card.parameters[l.parameter];
-        let size = format!("{} = {} {}", axis.parameter(amplitude.name), number(l.size), axis.unit(amplitude.unit));
+        let unit = |unit| if unit == "1" { "" } else { axis.unit(unit) };
+        let size = format!("{} = {} {}", axis.parameter(amplitude.name), number(l.size), unit(amplitude.unit));
         let least_visible = l.at.map_or(String::new(), |(k, value)| {
             let other = &l.card.parameters[k];
             format!("least visible of those tried: {} = {} {}", axis.parameter(other.name), number(value), axis.unit(other.unit))

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind};
 
 use super::candidate::FittedCandidate;
+use super::experiment::Separation;
 use super::fitted_model::FittedModel;
 use crate::identify::fit::normal_equations::{NormalEquations, linearize};
 use crate::identify::fit::{InitialStateKind, prepare};
@@ -28,15 +29,6 @@ pub struct Doubt {
     pub chosen: Vec<FittedCandidate>,
     /// The others.
     pub rivals: Vec<FittedCandidate>,
-}
-
-/// How well a run would separate candidates that the present logs do not distinguish.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Separation {
-    /// The run.
-    pub run: StandRun,
-    /// Expected increase of ΔBIC between the added effect and its nearest rival.
-    pub expected_delta_bic: f64,
 }
 
 /// Longest simulated part of a run, s: a longer run brings proportionally more.

@@ -2,8 +2,6 @@
 
 use drive_model::StandRun;
 
-use super::design::Separation;
-
 /// An experiment to do next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NextExperiment {
@@ -13,6 +11,15 @@ pub struct NextExperiment {
     pub run: StandRun,
     /// What each run of the stand is expected to bring, the best first; empty where no two effects are to be distinguished, or the drive cannot be simulated.
     pub expected: Vec<Separation>,
+}
+
+/// How well a run would separate candidates that the present logs do not distinguish.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Separation {
+    /// The run.
+    pub run: StandRun,
+    /// Expected increase of ΔBIC between the added effect and its nearest rival.
+    pub expected_delta_bic: f64,
 }
 
 /// What to change where the log is already the run that separates two effects best.

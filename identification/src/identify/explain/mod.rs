@@ -56,9 +56,8 @@ use std::time::Instant;
 
 pub use answer::{Candidate, ChannelError, Estimate, Explanation, Shape, ShapeForm, Stage, Verdict};
 pub use criteria::{Criteria, Engine};
-pub use design::Separation;
 pub use detection::DetectionLimit;
-pub use experiment::{NextExperiment, Purpose, Repeated};
+pub use experiment::{NextExperiment, Purpose, Repeated, Separation};
 pub use join_logs::JoinError;
 pub use reasons::{NotVisible, Progress, Refusal, Remark};
 

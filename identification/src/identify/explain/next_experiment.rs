@@ -7,8 +7,7 @@ use drive_model::{Card, Rival, StandRun};
 use super::answer::{Candidate, Verdict};
 use super::coverage::Coverage;
 use super::criteria::Criteria;
-use super::design::Separation;
-use super::experiment::{NextExperiment, Purpose, Repeated};
+use super::experiment::{NextExperiment, Purpose, Repeated, Separation};
 use crate::log::Log;
 use crate::statistics::Extremes;
 

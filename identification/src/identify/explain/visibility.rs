@@ -1,6 +1,6 @@
 //! Which effects the columns of the logs and the model cannot show.
 
-use drive_model::{Card, Elastic, Requirement};
+use drive_model::{Card, Domain, Elastic, Requirement};
 
 use super::fitted_model::FittedModel;
 use super::motion::turns;
@@ -31,6 +31,8 @@ fn unmet(requirement: Requirement, card: &Card, base: &FittedModel) -> Option<No
         Requirement::ComparedRate => compared(Channel::Rate),
         Requirement::ComparedCurrent => compared(Channel::Current) && input != Input::Current,
         Requirement::MeasuredTemperature => data.temp_C.is_some(),
+        // A sensor against a known motion.
+        Requirement::SimulatedMotion if input == Input::Motion => card.domain == Domain::Measurement && compared(Channel::Rate),
         Requirement::SimulatedCurrent | Requirement::SimulatedMotion => input != Input::Motion,
         Requirement::TemperatureChange => {
             let (low, high) = data.temp_C.as_ref()?.iter().copied().min_max();

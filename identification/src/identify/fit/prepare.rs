@@ -307,10 +307,15 @@ fn default_outputs(log: &Log, model: &Model) -> Vec<Channel> {
     let there = |c: &Channel| log.column(c.column()).is_some();
     let all = model.input().outputs().iter().copied().filter(there);
     match model.input() {
-        Input::Motion => all
-            .filter(|c| *c != Channel::Voltage || model.base_index(BaseParameter::Resistance).is_some())
-            .filter(|c| *c != Channel::Current || model.base_index(BaseParameter::MotorConstant).is_some())
-            .collect(),
+        Input::Motion => {
+            let demanded: Vec<Channel> = all
+                .filter(|c| *c != Channel::Rate)
+                .filter(|c| *c != Channel::Voltage || model.base_index(BaseParameter::Resistance).is_some())
+                .filter(|c| *c != Channel::Current || model.base_index(BaseParameter::MotorConstant).is_some())
+                .collect();
+            // A rate beside what moves the drive is the derivative of the input; alone it is a sensor against a known motion.
+            if demanded.is_empty() && there(&Channel::Rate) { vec![Channel::Rate] } else { demanded }
+        }
         _ => all.collect(),
     }
 }

@@ -7,7 +7,7 @@ use super::initial_states::{InitialStateKind, state};
 use super::measurement::{MeasurementChain, Row};
 use super::parameters::DerivativeScalar;
 use super::predictor::Predictor;
-use super::prepared_log::PreparedLog;
+use super::prepared_log::{ComparedChannel, PreparedLog};
 use crate::model::{Channel, Input};
 
 /// Simulates one segment and calls `visit(channel, row, value)` with each compared value, until it returns false.
@@ -147,42 +147,107 @@ fn follow<S: DerivativeScalar>(
 
 /// Half of the window for the differentiation of a prescribed motion, s.
 const MOTION_HALF_WINDOW_S: f64 = 0.1;
+/// The same where a rate sensor is compared with the motion, and the order of the polynomial: a sine of 5 Hz loses 1e-3 of its amplitude.
+const SENSOR_HALF_WINDOW_S: f64 = 0.02;
 
-/// Prescribed motion: rate and acceleration from a local parabola, then the required torque, current or voltage.
+/// Prescribed motion: rate and acceleration from a local polynomial, then the required torque, current or voltage, or the reading of a rate sensor.
 fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize, visit: &mut impl FnMut(usize, usize, &S) -> bool) {
     let rows = data.segments[segment].clone();
-    let theta = &data.input[rows.clone()];
-    let t = &data.t_s[rows.clone()];
     let quantum = data.channels.iter().find_map(|c| c.quantum.filter(|_| c.channel == Channel::Angle)).unwrap_or(0.0);
     // Below half a count per window the sign of the rate is not resolved.
     let resolved_rate = (0.5 * quantum / MOTION_HALF_WINDOW_S).max(1e-6);
-    let (mut from, mut to) = (0, 0);
-    for k in 0..t.len() {
-        while t[k] - t[from] > MOTION_HALF_WINDOW_S {
-            from += 1;
-        }
-        while to + 1 < t.len() && t[to + 1] - t[k] <= MOTION_HALF_WINDOW_S {
-            to += 1;
-        }
-        // At least five points determine the parabola.
-        let (a, b) = (from.min(k.saturating_sub(2)), to.max((k + 2).min(t.len() - 1)));
-        let (at, omega, alpha) = parabola(&t[a..=b], &theta[a..=b], t[k]);
-        let row = rows.start + k;
+    let is_sensor = |c: &ComparedChannel| c.channel == Channel::Rate;
+    let mut chains: Vec<Option<MeasurementChain<S>>> = data
+        .channels
+        .iter()
+        .enumerate()
+        .map(|(c, channel)| is_sensor(channel).then(|| MeasurementChain::new(data, c, rig.structure())))
+        .collect();
+    let mut demands = Window::new(data, rows.clone(), MOTION_HALF_WINDOW_S, 2);
+    let mut senses = Window::new(data, rows.clone(), SENSOR_HALF_WINDOW_S, 3);
+    for row in rows.clone() {
         let mut span = data.row_input(row, rows.end);
-        span.theta = Some((at, at));
-        let measured = data.current.map_or(0.0, |i| i[row]);
-        let required = rig.demand(&span, omega, alpha, (omega / resolved_rate).clamp(-1.0, 1.0), measured);
+        let required = (!data.channels.iter().all(is_sensor)).then(|| {
+            let (at, omega, alpha) = demands.motion(row, parabola);
+            span.theta = Some((at, at));
+            let measured = data.current.map_or(0.0, |i| i[row]);
+            rig.demand(&span, omega, alpha, (omega / resolved_rate).clamp(-1.0, 1.0), measured)
+        });
+        let sensed = data.channels.iter().any(is_sensor).then(|| senses.motion(row, cubic));
         for (c, channel) in data.channels.iter().enumerate() {
-            let value = match channel.channel {
-                Channel::Current => required.current,
-                Channel::Voltage => required.voltage,
-                Channel::Torque => required.torque,
+            let value = match (channel.channel, &required, sensed) {
+                (Channel::Current, Some(required), _) => required.current,
+                (Channel::Voltage, Some(required), _) => required.voltage,
+                (Channel::Torque, Some(required), _) => required.torque,
+                (Channel::Rate, _, Some((at, omega, _))) => {
+                    let (omega, theta) = (S::from(omega), S::from(at));
+                    let reading = rig.read((omega, theta, S::zero()), &span, S::zero());
+                    let read = Row { input: &span, omega, theta, reading: &reading, current_slope_A_s: S::zero() };
+                    match chains[c].as_mut().and_then(|chain| chain.push(&read)) {
+                        Some(value) => value,
+                        None => continue,
+                    }
+                }
                 _ => continue,
             };
             if !visit(c, row, &value) {
                 return;
             }
         }
+    }
+}
+
+/// A window that moves along the rows of a segment.
+struct Window<'d> {
+    t_s: &'d [f64],
+    theta: &'d [f64],
+    begin: usize,
+    half_s: f64,
+    /// Rows on each side at least.
+    min_rows: usize,
+    from: usize,
+    to: usize,
+}
+
+impl<'d> Window<'d> {
+    fn new(data: &'d PreparedLog, rows: std::ops::Range<usize>, half_s: f64, min_rows: usize) -> Self {
+        Window { t_s: &data.t_s[rows.clone()], theta: &data.input[rows.clone()], begin: rows.start, half_s, min_rows, from: 0, to: 0 }
+    }
+
+    /// Angle, rate and acceleration at a row, by a fit to the points of the window; the rows must not decrease.
+    fn motion(&mut self, row: usize, fit: fn(&[f64], &[f64], f64) -> (f64, f64, f64)) -> (f64, f64, f64) {
+        let (t, k) = (self.t_s, row - self.begin);
+        while t[k] - t[self.from] > self.half_s {
+            self.from += 1;
+        }
+        while self.to + 1 < t.len() && t[self.to + 1] - t[k] <= self.half_s {
+            self.to += 1;
+        }
+        let (a, b) = (self.from.min(k.saturating_sub(self.min_rows)), self.to.max((k + self.min_rows).min(t.len() - 1)));
+        fit(&t[a..=b], &self.theta[a..=b], t[k])
+    }
+}
+
+/// Value, slope and curvature at `at` of the least-squares cubic through the points.
+fn cubic(t: &[f64], y: &[f64], at: f64) -> (f64, f64, f64) {
+    let (mut s, mut b) = ([0.0; 7], [0.0; 4]);
+    let y0 = y[0];
+    let scale = (t[t.len() - 1] - t[0]).max(f64::MIN_POSITIVE);
+    for (&t, &y) in t.iter().zip(y) {
+        let x = (t - at) / scale;
+        let mut power = 1.0;
+        for (k, s) in s.iter_mut().enumerate() {
+            *s += power;
+            if k < 4 {
+                b[k] += power * (y - y0);
+            }
+            power *= x;
+        }
+    }
+    let m = nalgebra::Matrix4::from_fn(|i, j| s[i + j]);
+    match m.lu().solve(&nalgebra::Vector4::from(b)) {
+        Some(c) => (y0 + c[0], c[1] / scale, 2.0 * c[2] / (scale * scale)),
+        None => parabola(t, y, at),
     }
 }
 

@@ -1,0 +1,59 @@
+//! A rate sensor against a known motion: the angle of a rate table is the input, the sensor the output.
+
+use host_tools::identify::explain::{Explanation, Verdict, explain};
+use host_tools::log::{Column, Log};
+use host_tools::model::Model;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+const ROWS: usize = 30_000;
+const DT_S: f64 = 1e-3;
+/// Count of the table's encoder, rad.
+const COUNT_RAD: f64 = std::f64::consts::TAU / 65_536.0;
+
+/// Rate and angle of the table at a time.
+fn motion(t: f64) -> (f64, f64) {
+    let tau = std::f64::consts::TAU;
+    let rate = 1.0 + 3.0 * (tau * 0.2 * t).sin() + 2.0 * (tau * 1.3 * t).cos();
+    let angle = t + 3.0 / (tau * 0.2) * (1.0 - (tau * 0.2 * t).cos()) + 2.0 / (tau * 1.3) * (tau * 1.3 * t).sin();
+    (rate, angle)
+}
+
+/// What is said about a sensor that reads `sensor(t)` and noise of 2 mrad/s.
+fn answer(sensor: impl Fn(f64) -> f64) -> Explanation {
+    let mut draw = Xoshiro256PlusPlus::seed_from_u64(42);
+    let mut even = || (draw.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let mut noise = || 2e-3 * ((0..12).map(|_| even()).sum::<f64>() - 6.0);
+    let t_s: Vec<f64> = (0..ROWS).map(|k| k as f64 * DT_S).collect();
+    let theta_rad = t_s.iter().map(|t| (motion(*t).1 / COUNT_RAD).floor() * COUNT_RAD).collect();
+    let omega_rad_s = t_s.iter().map(|t| sensor(*t) + noise()).collect();
+    let columns = [("t_s", t_s), ("theta_rad", theta_rad), ("omega_rad_s", omega_rad_s)];
+    let columns = columns.into_iter().map(|(name, values)| Column { name: name.to_owned(), values }).collect();
+    let log = Log::new("table.csv", columns, vec![("omega_rad_s".to_owned(), "gyro".to_owned())]).expect("a log");
+    let model = Model::parse("[drive]\ninput = \"theta_rad\"\noutputs = [\"omega_rad_s\"]\neffects = []\n", "the sensor").expect("a model");
+    explain(vec![log], &model, &|_| {}).expect("an explanation")
+}
+
+#[test]
+fn perfect_sensor_lacks_nothing() {
+    let e = answer(|t| motion(t).0);
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::Adequate, &[][..]));
+}
+
+#[test]
+fn scale_and_bias_are_found() {
+    let e = answer(|t| 1.01 * motion(t).0 + 4e-3);
+    assert_eq!(e.verdict, Verdict::EffectFound, "{:?}", e.missing);
+    let value = |name: &str| e.model.value(name).unwrap_or(f64::NAN);
+    assert!((value("rate_scale") - 0.01).abs() < 5e-5, "{:?} {}", e.missing, value("rate_scale"));
+    assert!((value("rate_bias_rad_s") - 4e-3).abs() < 1e-4, "{:?} {}", e.missing, value("rate_bias_rad_s"));
+}
+
+#[test]
+fn delay_is_found() {
+    let e = answer(|t| motion(t - 6e-3).0);
+    assert_eq!(e.verdict, Verdict::EffectFound, "{:?}", e.missing);
+    // A pure delay and a first-order lag differ at the second order of ω τ only.
+    let found = e.model.value("skew_s").or(e.model.value("lag_s")).unwrap_or(f64::NAN);
+    assert!((found - 6e-3).abs() < 1e-4, "{:?} {found}", e.missing);
+}
