@@ -144,7 +144,13 @@ pub fn fit(system: &System, parameters: &Parameters, data: &PreparedLog) -> Resu
     }
     let noise: Vec<f64> = (0..data.channels.len()).map(|c| noise_of_series(data, c)).collect();
     let problem = Problem { system, data, weights: &weights(&noise) };
-    let start = starting_point::starting_iterate(problem, parameters, &kinds);
+    let start = if data.absolute_angle && !parameters.free().is_empty() {
+        // The error of an angle accumulates over the log. That of its increments does not: from there the minimum is near.
+        let near = fit(system, parameters, &PreparedLog { absolute_angle: false, ..data.clone() })?;
+        Iterate::new(system, &near.parameters, data, &starting_states(&kinds, data, &near.parameters, system))
+    } else {
+        starting_point::starting_iterate(problem, parameters, &kinds)
+    };
     fit_from(system, data, start, noise)
 }
 
