@@ -32,6 +32,7 @@ declare -A pieces=(
     [nulls-3]="confusion nulls 200 6401"
     [nulls-4]="confusion nulls 200 6601"
     [nulls-5]="confusion nulls 200 6801"
+    [detection]="bench detection -- 120 7001"
     [coverage]="bench coverage"
     [fits]="bench fits"
     [simulator-speed]="cargo bench -q -p hal-sim --bench times_real_time"

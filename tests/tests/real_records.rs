@@ -149,7 +149,10 @@ fn free_run_of_emps_fitted_to_positions_is_near_the_published_ones() {
     let asymmetric = run("\"asymmetric-friction\"");
     let both = run("\"load\", \"asymmetric-friction\"");
     let stribeck = run("\"asymmetric-friction\", \"stribeck\"");
-    assert!(coulomb.0 >= asymmetric.0 && asymmetric.0 >= stribeck.0 && asymmetric.0 >= both.0, "{coulomb:?} {asymmetric:?} {both:?} {stribeck:?}");
+    assert!(
+        coulomb.0 >= asymmetric.0 && asymmetric.0 >= stribeck.0 && asymmetric.0 >= both.0,
+        "{coulomb:?} {asymmetric:?} {both:?} {stribeck:?}"
+    );
     assert!(coulomb.1 < 1.1 * 8.0, "{coulomb:?}");
 }
 

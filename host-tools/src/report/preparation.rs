@@ -1,9 +1,12 @@
 //! Words for notes on the preparation of a log and for remarks on an evaluation.
 
+use super::{column, listed, numbers, unit};
 use crate::identify::evaluation::EvaluationRemark;
 use crate::identify::fit::prepare::PreparationNote;
+use crate::identify::repetition::Repetition;
 use crate::log::Axis;
 use crate::log::plausible::ShiftedConstant;
+use crate::model::Channel;
 
 /// A preparation note as a sentence.
 pub fn note(axis: Axis, note: &PreparationNote) -> String {
@@ -59,5 +62,20 @@ pub fn remark(axis: Axis, remark: &EvaluationRemark) -> String {
             )
         }
         EvaluationRemark::ShiftedConstant(shifted) => constant(axis, shifted),
+        EvaluationRemark::Repetition(repeated) => repetition(axis, repeated),
     }
+}
+
+/// What does not repeat with the input.
+fn repetition(axis: Axis, repeated: &Repetition) -> String {
+    let part = |(channel, sigma): &(Channel, f64)| {
+        format!("{} {} {}", column(axis, *channel), numbers::significant(*sigma, 2), unit(axis, *channel))
+    };
+    let parts: Vec<String> = repeated.not_repeatable.iter().map(part).collect();
+    format!(
+        "The input repeats itself every {} s, {} times. What does not repeat with it: {} (standard deviation). A residual above this returns with the input, so the model lacks something; a residual near it is noise, or depends on something that does not repeat, such as the angle.",
+        numbers::plain(repeated.period_s, 4),
+        repeated.periods,
+        listed(&parts)
+    )
 }

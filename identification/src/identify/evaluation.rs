@@ -9,6 +9,7 @@ use super::fit::{
     prepare::{PreparationNote, PrepareError},
 };
 use super::recording_conventions::fit_as_recorded;
+use super::repetition::{Repetition, repetition};
 use super::residual::{self, Misfit};
 use crate::log::plausible::{self, Defect, ShiftedConstant};
 use crate::log::{Log, RateSource};
@@ -37,6 +38,8 @@ pub enum EvaluationRemark {
     },
     /// A fit shifts a physical constant by a decade or more.
     ShiftedConstant(ShiftedConstant),
+    /// The input repeats itself.
+    Repetition(Repetition),
 }
 
 /// Result of an evaluation.
@@ -114,6 +117,7 @@ pub fn evaluate<'a>(
         }
         remarks.extend(constants::shifted(model, fitted).into_iter().map(EvaluationRemark::ShiftedConstant));
     }
+    remarks.extend(repetition(&data).map(EvaluationRemark::Repetition));
     let misfits = residual::misfits(log, &data, &result);
     let seconds = begin.elapsed().as_secs_f64();
     Ok(Evaluation::Evaluated(Box::new(Evaluated { data, result, misfits, remarks, seconds })))

@@ -9,5 +9,6 @@ pub mod explain_logs;
 pub mod fit;
 pub mod predict;
 pub mod recording_conventions;
+pub mod repetition;
 pub mod residual;
 pub mod series;
