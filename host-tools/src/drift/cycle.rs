@@ -1,5 +1,6 @@
 //! One cycle of the measurement: two pulses of opposite sign in one position of the gyroscope.
 
+use super::clipping::{Clipping, clipping};
 use super::integral::Integral;
 use crate::acquire::drift_session::{GyroscopeScales, ReportedCycle};
 use hal_sim::gyro::Orientation;
@@ -9,7 +10,7 @@ use std::f64::consts::TAU;
 const POSITION_TOLERANCE_RAD: f64 = 1e-5;
 
 /// Why a cycle is not used.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum CycleDefect {
     /// The cycle ended early.
     CutShort,
@@ -17,6 +18,13 @@ pub enum CycleDefect {
     SampleLost,
     /// The angle sensor reached the end of its range.
     SensorSaturated,
+    /// The angle is flat near an end of its range.
+    FlatTop,
+    /// The swing of the angle differs from that by the current.
+    Reference {
+        /// Measured over expected swing.
+        ratio: f64,
+    },
     /// The currents of the two pulses differ in size.
     CurrentLimited,
     /// The firmware rejected the cycle, with this text.
@@ -34,7 +42,7 @@ pub struct Cycle {
     pub axis: usize,
     /// Sign of the first pulse.
     pub sign: i8,
-    /// Begin, s.
+    /// Begin since the start of the session, s.
     pub start_s: f64,
     /// Sums over the cycle.
     pub integral: Integral,
@@ -44,6 +52,15 @@ pub struct Cycle {
     pub residual_rad_s: Option<f64>,
     /// Why the cycle is not used.
     pub defect: Option<CycleDefect>,
+}
+
+impl From<Clipping> for CycleDefect {
+    fn from(clipping: Clipping) -> Self {
+        match clipping {
+            Clipping::FlatTop => Self::FlatTop,
+            Clipping::Reference { ratio } => Self::Reference { ratio },
+        }
+    }
 }
 
 impl Cycle {
@@ -65,18 +82,16 @@ impl Cycle {
             },
             amplitude_rad_s: report.rate_rad_s,
             residual_rad_s: Some(report.drift_rad_s - report.corrected_rad_s),
-            defect: report.rejection.clone().map(CycleDefect::Firmware),
+            defect: report.rejection.clone().map(CycleDefect::Firmware).or_else(|| {
+                let angles_rad: Vec<f64> = report.trace.angle_V.iter().map(|volts| volts / scales.angle_gain_V_rad).collect();
+                clipping(&angles_rad, &report.trace.current_A, pulse_s, Some(scales.torquer_gain_rad_s_A)).map(CycleDefect::from)
+            }),
         }
     }
 
     /// Drift rate, corrected by the inequality of the current, rad/s.
     pub fn rate_rad_s(&self) -> f64 {
         self.integral.drift_rad_s() - self.residual_rad_s.unwrap_or(0.0)
-    }
-
-    /// Sequence of the signs: 0 for + −, 1 for − +.
-    pub fn sequence(&self) -> usize {
-        usize::from(self.sign < 0)
     }
 }
 
@@ -91,6 +106,7 @@ pub fn is_same_position(a: &Orientation, b: &Orientation) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::acquire::drift_session::CycleTrace;
 
     #[test]
     fn reported_cycle_has_the_rates_of_the_report() {
@@ -108,6 +124,7 @@ mod tests {
             drift_rad_s: 1.5e-6,
             corrected_rad_s: 1.25e-6,
             rejection: Some("emergency stop".to_owned()),
+            trace: CycleTrace::default(),
         };
         let cycle = Cycle::of_report(&report, &scales);
         assert!((cycle.integral.drift_rad_s() - 1.5e-6).abs() < 1e-15 && (cycle.rate_rad_s() - 1.25e-6).abs() < 1e-15);
