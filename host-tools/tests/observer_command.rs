@@ -219,10 +219,20 @@ fn azimuth_is_corrected_for_vibration() {
     assert!((part - -6.923_97e-3).abs() <= expanded && expanded < 0.05 * part.abs(), "{part} ± {expanded}");
     let (azimuth, expanded) = (number(&other, "azimuth_rad", "value"), number(&other, "azimuth_rad", "U"));
     assert!((azimuth - number(&answer, "azimuth_rad", "value") - 0.01).abs() < 1e-4 && expanded < 5e-4, "{azimuth} ± {expanded}");
-    // Errors of the roll channel are lines of the budget.
-    let wide =
-        stand(folder.path(), &["vibration", "compensate", "turned.csv", "--gamma-delay-error", "5", "--json", "-"]).succeeded().json();
+    // Errors of the roll channel are lines of the budget: a gain proportionally, a delay by 1 − cos ωδ, because γ is in phase with the rate.
+    let with = |option: &str, value: &str| {
+        stand(folder.path(), &["vibration", "compensate", "turned.csv", option, value, "--json", "-"]).succeeded().json()
+    };
+    let line = |answer: &serde_json::Value, of: &str| {
+        let budget = answer["azimuth_rad"]["budget"].as_array().unwrap();
+        budget.iter().find(|line| line["of"] == of).and_then(|line| line["u"].as_f64()).unwrap_or_else(|| panic!("{of}: {answer:#}"))
+    };
+    let wide = with("--gamma-gain-error", "5");
+    assert!((line(&wide, "γ: gain") / (0.05 * part.abs()) - 1.0).abs() < 1e-6, "{wide:#}");
     assert!(number(&wide, "azimuth_rad", "U") > 1.5 * expanded, "{wide:#}");
+    let delayed = line(&with("--gamma-delay-error", "20"), "γ: delay") / part.abs();
+    let second_order = 1.0 - (std::f64::consts::TAU * 2.0 * 0.02).cos();
+    assert!(delayed >= second_order && delayed < 1.5 * second_order, "{delayed} {second_order}");
 
     for (words, expected) in [
         (&["log.csv", "--omega", "0"][..], "omega = 0"),

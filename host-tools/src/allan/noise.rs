@@ -35,6 +35,8 @@ const ITERATIONS: usize = 40;
 const TOLERANCE: f64 = 1e-4;
 /// Halvings of a step that does not increase the likelihood.
 const HALVINGS: usize = 6;
+/// Most restarts from a better restricted maximum: more than there are processes.
+const RESTARTS: usize = 8;
 /// Bisections of an end of an interval: 1e-4 of its logarithmic range.
 const BISECTIONS: usize = 14;
 /// Factor by which the search for an upper end proceeds, and the number of its steps.
@@ -231,13 +233,13 @@ impl Likelihood<'_> {
         let grow = if unexplained { misfit.max(1.0) } else { 1.0 };
         let needed = (PENALTY + (self.points.len() as f64).ln()) * grow;
         let mut best = *best;
-        // A restricted maximum can be better than the first by rounding.
-        let without: [Option<Solution>; 5] =
-            std::array::from_fn(|p| if best.squares[p] > 0.0 { self.maximum(1 << p, with(best.squares, p, 0.0)) } else { None });
-        for found in without.iter().flatten() {
-            if found.minus_2_ln < best.minus_2_ln {
-                best = *found;
-            }
+        let mut without = self.each_without(&best);
+        // A restricted maximum can be better than the first, which was a local one. Then other processes are present, and their absence is tested.
+        for _ in 0..RESTARTS {
+            let better = without.iter().flatten().min_by(|a, b| a.minus_2_ln.total_cmp(&b.minus_2_ln));
+            let Some(better) = better.filter(|better| better.minus_2_ln < best.minus_2_ln) else { break };
+            best = *better;
+            without = self.each_without(&best);
         }
         let is_shown =
             |p: usize| best.squares[p] > 0.0 && without[p].as_ref().is_none_or(|found| found.minus_2_ln - best.minus_2_ln > needed);
@@ -255,6 +257,11 @@ impl Likelihood<'_> {
         let fast = self.maximum(SLOW_SQUARES, self.white());
         let slow_noise = fast.is_none_or(|found| found.minus_2_ln - best.minus_2_ln > needed);
         Some(Found { squares: best.squares, intervals, below, first: self.first, misfit, unexplained, slow_noise })
+    }
+
+    /// The maxima without each of the processes that are present.
+    fn each_without(&self, best: &Solution) -> [Option<Solution>; 5] {
+        std::array::from_fn(|p| if best.squares[p] > 0.0 { self.maximum(1 << p, with(best.squares, p, 0.0)) } else { None })
     }
 
     /// Excess of the profile −2 ln L at a held square.

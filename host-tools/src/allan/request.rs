@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::answer::{Answer, Coefficient, Interpretation, LevelStep, Lowest, NotShown, Note, Point, SLOW};
 use super::confidence::{Covariance, Squares, expected, interval, parts};
 use super::deviation::{Series, Variance};
-use super::disturbances::{MAX_STEPS, Rows, Transient, steps, transient, without_steps};
+use super::disturbances::{Disturbances, MAX_STEPS, Rows, disturbances, without_steps};
 use super::error::Still;
 use super::noise::{self, MIN_POINTS};
 use super::time_stamps::{Steps, Timing};
@@ -73,10 +73,9 @@ impl Request {
         let mut notes: Vec<Note> = column.warnings.into_iter().map(Note::Log).collect();
         notes.extend(timing.notes.iter().copied().map(Note::Timing));
         let raw = Rows::new(&column.values, interpretation);
-        let found_steps = steps(raw, &timing.segments);
-        let segments = without_steps(&timing.segments, &found_steps);
-        let transient = transient(raw, &segments);
-        let disturbances = Disturbances::new(&found_steps, transient, &timing, interpretation);
+        let disturbances = disturbances(raw, &timing.segments);
+        let segments = without_steps(&timing.segments, &disturbances.steps);
+        let disturbances = Reported::new(&disturbances, &timing, interpretation);
         notes.extend(disturbances.notes());
         let series = match interpretation {
             Interpretation::Value => Series::of_rates(column.values, &segments),
@@ -217,13 +216,13 @@ fn lowest(points: &[Point], up_to: usize) -> Option<Lowest> {
 }
 
 /// Steps and transient in seconds and in the unit of the answer.
-struct Disturbances {
+struct Reported {
     steps: Vec<LevelStep>,
     transient: Option<Note>,
 }
 
-impl Disturbances {
-    fn new(steps: &[super::disturbances::Step], transient: Option<Transient>, timing: &Timing, interpretation: Interpretation) -> Self {
+impl Reported {
+    fn new(found: &Disturbances, timing: &Timing, interpretation: Interpretation) -> Self {
         // An angle's steps are changes of its increment per row.
         let unit = match interpretation {
             Interpretation::Value => 1.0,
@@ -231,8 +230,8 @@ impl Disturbances {
         };
         let time_s = |row: f64| timing.first_s + row * timing.elapsed_s;
         Self {
-            steps: steps.iter().map(|step| LevelStep { t_s: time_s(step.row as f64), size: step.size * unit }).collect(),
-            transient: transient.map(|found| Note::Transient {
+            steps: found.steps.iter().map(|step| LevelStep { t_s: time_s(step.row as f64), size: step.size * unit }).collect(),
+            transient: found.transient.map(|found| Note::Transient {
                 time_constant_s: found.rows * timing.elapsed_s,
                 size: found.size * unit,
                 from_s: time_s(TRANSIENT_TIME_CONSTANTS * found.rows),

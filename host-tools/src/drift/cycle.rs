@@ -1,7 +1,7 @@
 //! One cycle of the measurement: two pulses of opposite sign in one position of the gyroscope.
 
 use super::clipping::{Clipping, clipping};
-use super::integral::Integral;
+use super::integral::{Integral, amplitude_rad_s};
 use crate::acquire::drift_session::{GyroscopeScales, ReportedCycle};
 use hal_sim::gyro::Orientation;
 use std::f64::consts::TAU;
@@ -46,7 +46,7 @@ pub struct Cycle {
     pub start_s: f64,
     /// Sums over the cycle.
     pub integral: Integral,
-    /// Magnitude of the pulses, rad/s: the setpoint, or by the angles that of a rectangular pulse with the same rotation.
+    /// Magnitude of the pulses, rad/s: by the angles that of a rectangular pulse with the same rotation.
     pub amplitude_rad_s: f64,
     /// Inequality of the pulses by the measured current, rad/s; `None` where the current or K_m/H is not known.
     pub residual_rad_s: Option<f64>,
@@ -67,6 +67,13 @@ impl Cycle {
     /// The cycle that the firmware reports.
     pub fn of_report(report: &ReportedCycle, scales: &GyroscopeScales) -> Self {
         let pulse_s = report.pulse_s();
+        let angles_rad: Vec<f64> = report.trace.angle_V.iter().map(|volts| volts / scales.angle_gain_V_rad).collect();
+        // By the angles: the converter of the torquer rounds the setpoint, and small pulses relatively more than large ones.
+        let amplitude_rad_s = match (angles_rad.is_empty(), pulse_s > 0.0) {
+            (false, true) => amplitude_rad_s(&angles_rad, pulse_s),
+            (true, true) => report.span_rad(scales) / pulse_s,
+            _ => report.rate_rad_s,
+        };
         Self {
             number: report.number,
             position: report.position,
@@ -80,10 +87,9 @@ impl Cycle {
                 slope_rad_s: report.slope_rad_s(scales),
                 span_rad: report.span_rad(scales),
             },
-            amplitude_rad_s: report.rate_rad_s,
+            amplitude_rad_s,
             residual_rad_s: Some(report.drift_rad_s - report.corrected_rad_s),
             defect: report.rejection.clone().map(CycleDefect::Firmware).or_else(|| {
-                let angles_rad: Vec<f64> = report.trace.angle_V.iter().map(|volts| volts / scales.angle_gain_V_rad).collect();
                 clipping(&angles_rad, &report.trace.current_A, pulse_s, Some(scales.torquer_gain_rad_s_A)).map(CycleDefect::from)
             }),
         }

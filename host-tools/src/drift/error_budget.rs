@@ -1,4 +1,4 @@
-//! Uncertainty budgets of a drift measurement: scatter and movement of the cycles, visits, turn, level, gains, latitude, asymmetry of the torquer
+//! Uncertainty budgets of a drift measurement: scatter and movement of the cycles, turn, level, gains, latitude, asymmetry of the torquer
 //! (docs/theory.md §3).
 //!
 //! Input: the fit of an axis and the uncertainties of the setup. Output: an [`AxisBudget`]: own drift, apparent drift and azimuth as quantities with their
@@ -9,13 +9,14 @@ use super::measurement::{Measurement, SeparatedDrift};
 use super::session_fit::SessionFit;
 use crate::statistics::uncertainty::{Contribution, Quantity, Uncertainty};
 
+/// Smallest sine of an azimuth by its cosine in the linear propagation of uncertainty.
+pub(super) const MIN_AZIMUTH_SINE: f64 = 1e-6;
+
 /// Source of an uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorSource {
-    /// Scatter of the cycles, with the movement of the drift and the extrapolation to amplitude zero.
+    /// Scatter of the cycles and between the visits, with the movement of the drift and the extrapolation to amplitude zero.
     CycleScatter,
-    /// Scatter between visits of one position.
-    VisitScatter,
     /// Turn between the positions.
     Turn,
     /// Level.
@@ -32,16 +33,8 @@ pub enum ErrorSource {
 
 impl ErrorSource {
     /// All sources, in the order of a budget.
-    pub const ALL: [Self; 8] = [
-        Self::CycleScatter,
-        Self::VisitScatter,
-        Self::Turn,
-        Self::Level,
-        Self::AngleGain,
-        Self::TorquerGain,
-        Self::Latitude,
-        Self::TorquerAsymmetry,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::CycleScatter, Self::Turn, Self::Level, Self::AngleGain, Self::TorquerGain, Self::Latitude, Self::TorquerAsymmetry];
 }
 
 /// A quantity of the drift with its budget.
@@ -110,15 +103,13 @@ fn add(budget: &mut Option<Vec<Contribution<ErrorSource>>>, line: Contribution<E
     }
 }
 
-/// Scatter of cycles and visits in combinations of several fits; `None` where one has no uncertainty.
+/// Scatter of the cycles in combinations of several fits; `None` where one has no uncertainty.
 fn scatter(fits: &[SessionFit], combinations: &[(usize, Vec<f64>)]) -> Option<Vec<Contribution<ErrorSource>>> {
     let mut lines = Vec::new();
     for (axis, combination) in combinations {
         let fit = fits.get(*axis)?;
-        let Uncertainty { u, dof, .. } = fit.within_visits(combination).uncertainty?;
+        let Uncertainty { u, dof, .. } = fit.estimate(combination).uncertainty?;
         lines.push(Contribution::type_a("", u, dof, ErrorSource::CycleScatter));
-        let between = fit.between_visits(combination);
-        lines.extend(between.map(|(u, dof)| Contribution::type_a("", u, dof, ErrorSource::VisitScatter)));
     }
     (!lines.is_empty()).then_some(lines)
 }
@@ -136,7 +127,8 @@ impl Measurement {
         let (sin, cos) = azimuth.map_or((1.0, 0.0), |azimuth| (azimuth.sin().abs(), azimuth.cos().abs()));
         let setup = &self.uncertainties;
         // Without a sine the azimuth follows from the cosine.
-        let per_azimuth = |rad_s: f64| if horizontal > 0.0 && azimuth.is_some() { rad_s / (horizontal * sin.max(1e-6)) } else { 0.0 };
+        let per_azimuth =
+            |rad_s: f64| if horizontal > 0.0 && azimuth.is_some() { rad_s / (horizontal * sin.max(MIN_AZIMUTH_SINE)) } else { 0.0 };
         // Half of the error of the turn is an error of the azimuth; its sine acts on the drift.
         let turned = horizontal * sin * setup.turn_error_rad / 2.0;
         // A level error that turns with the platform acts on the drift, one of the base on the azimuth.

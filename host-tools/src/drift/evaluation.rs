@@ -2,7 +2,7 @@
 
 use super::cycle::{Cycle, is_same_position};
 use super::error::DriftError;
-use super::error_budget::{AxisBudget, DriftQuantity, ErrorSource, Levers};
+use super::error_budget::{AxisBudget, DriftQuantity, ErrorSource, Levers, MIN_AZIMUTH_SINE};
 use super::inequality::MIN_AMPLITUDE_RATIO;
 use super::integral::{Integral, reference_rad_s};
 use super::latitude::EarthRate;
@@ -72,8 +72,8 @@ impl Measurement {
             azimuth.uncertainty = combined(&budgets[0].azimuth);
             if let (true, Some(earth)) = (cosine_only, &earth) {
                 let turn_rad = self.uncertainties.turn_error_rad / 2.0;
-                let (value, apparent, horizontal) = (azimuth.value, corrected.apparent_rad_s[0], earth.horizontal_rad_s);
-                azimuth.uncertainty = azimuth.uncertainty.map(|linear| of_cosine(value, apparent, horizontal, turn_rad, linear));
+                let cosine = -corrected.apparent_rad_s[0].value / earth.horizontal_rad_s;
+                azimuth.uncertainty = azimuth.uncertainty.map(|linear| of_cosine(azimuth.value, cosine, turn_rad, linear));
             }
         }
         let warnings = self.result_warnings(earth.as_ref(), &corrected);
@@ -95,7 +95,7 @@ impl Measurement {
                 rate_rad_s: rate(cycle) + offset,
                 sign: cycle.sign,
                 // Equal amplitudes: no correction of unequal pulses.
-                amplitude_rad_s: if is_corrected { cycle.amplitude_rad_s } else { 1.0 },
+                amplitude_rad_s: if is_corrected { mean_amplitude_rad_s(&cycles, cycle.amplitude_rad_s) } else { 1.0 },
                 regressors,
                 visit,
                 weight: 1.0,
@@ -134,7 +134,7 @@ impl Measurement {
             (_, _, Some(earth)) => {
                 let horizontal = earth.horizontal_rad_s;
                 let azimuth = separation::azimuth_rad(-c, horizontal);
-                let slope = |azimuth: f64| 1.0 / (horizontal * azimuth.sin().abs().max(1e-6));
+                let slope = |azimuth: f64| 1.0 / (horizontal * azimuth.sin().abs().max(MIN_AZIMUTH_SINE));
                 let gradient = azimuth.map(|a| model.cosine().iter().map(|x| -x * slope(a)).collect::<Vec<f64>>());
                 (azimuth.map(|value| Estimate { value, ..none }), gradient.map(|gradient| (0, gradient)).into_iter().collect())
             }
@@ -220,7 +220,7 @@ impl Measurement {
             level.hypot(value * self.uncertainties.gain_error)
         };
         let with_setup = |estimate: Estimate| Estimate {
-            uncertainty: estimate.uncertainty.map(|u| Uncertainty::student(u.u.hypot(systematic(estimate.value)), u.dof)),
+            uncertainty: estimate.uncertainty.map(|u| u.with_known(systematic(estimate.value))),
             ..estimate
         };
         match (&found.position_fit, fits) {
@@ -244,10 +244,7 @@ impl Measurement {
                 // The rotation of the platform within a cycle changes the components by ω_y T, which the azimuth is corrected for.
                 let within_cycle = earth.vertical_rad_s.abs() * self.valid_cycles()[0].integral.pulse_s * horizontal;
                 let measured = with_setup(Estimate { value: horizontal, uncertainty });
-                earth.agrees_with(Estimate {
-                    uncertainty: measured.uncertainty.map(|u| Uncertainty::student(u.u.hypot(within_cycle), u.dof)),
-                    ..measured
-                })
+                earth.agrees_with(Estimate { uncertainty: measured.uncertainty.map(|u| u.with_known(within_cycle)), ..measured })
             }
             _ => Ok(()),
         }
@@ -297,15 +294,32 @@ impl Measurement {
     }
 }
 
-/// Inequality of the pulses for each axis; for all axes, or for none: relative excess of a negative pulse, −2 e.
+/// Mean amplitude of the cycles whose amplitude is about this one: the noise of a single cycle's amplitude is none of its pulses.
+fn mean_amplitude_rad_s(cycles: &[&Cycle], about_rad_s: f64) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for cycle in cycles.iter().filter(|cycle| (cycle.amplitude_rad_s / about_rad_s - 1.0).abs() < 0.5 * (MIN_AMPLITUDE_RATIO - 1.0)) {
+        sum += cycle.amplitude_rad_s;
+        count += 1.0;
+    }
+    if count > 0.0 { sum / count } else { about_rad_s }
+}
+
+/// Inequality of the pulses for each axis; for all axes, or for none: relative excess ε of a negative pulse. Relative to the mean of both pulses the even part
+/// is −q = −ε/(2 + ε).
 fn inequality(fits: &[&SessionFit], measurement: &Measurement) -> Vec<Estimate> {
     let amplitude = |axis: usize| {
         let cycles: Vec<_> = measurement.valid_cycles().into_iter().filter(|cycle| cycle.axis == axis).collect();
         cycles.iter().map(|cycle| cycle.amplitude_rad_s).sum::<f64>() / cycles.len().max(1) as f64
     };
     let found: Vec<Estimate> =
-        fits.iter().enumerate().map_while(|(axis, fit)| fit.even().map(|even| even.scaled(-2.0 / amplitude(axis)))).collect();
+        fits.iter().enumerate().map_while(|(axis, fit)| fit.even().map(|even| excess(even.scaled(-1.0 / amplitude(axis))))).collect();
     if found.len() == fits.len() { found } else { Vec::new() }
+}
+
+/// ε = 2 q/(1 − q).
+fn excess(q: Estimate) -> Estimate {
+    let free = 1.0 - q.value;
+    Estimate { value: 2.0 * q.value / free, uncertainty: q.uncertainty.map(|uncertainty| uncertainty.scaled(2.0 / (free * free))) }
 }
 
 fn movement(fit: &SessionFit) -> Movement {
@@ -319,10 +333,11 @@ fn movement(fit: &SessionFit) -> Movement {
 }
 
 /// Uncertainty of an azimuth that follows from its cosine, and of the turn: near 0° and 180° the linear part does not describe the interval of the cosine.
-fn of_cosine(azimuth_rad: f64, apparent: Estimate, horizontal_rad_s: f64, turn_rad: f64, linear: Uncertainty) -> Uncertainty {
-    let Some(expanded) = apparent.expanded() else { return linear };
-    let reach = |rad_s: f64| ((-rad_s / horizontal_rad_s).clamp(-1.0, 1.0).acos() - azimuth_rad).abs();
-    let farthest = reach(apparent.value + expanded).max(reach(apparent.value - expanded)).hypot(linear.k * turn_rad).min(PI);
+/// `linear` is that of the budget: the uncertainty of the cosine over the sine, and that of the turn.
+fn of_cosine(azimuth_rad: f64, cosine: f64, turn_rad: f64, linear: Uncertainty) -> Uncertainty {
+    let of_cosine = linear.k * (linear.u * linear.u - turn_rad * turn_rad).max(0.0).sqrt() * azimuth_rad.sin().abs().max(MIN_AZIMUTH_SINE);
+    let reach = |cosine: f64| (cosine.clamp(-1.0, 1.0).acos() - azimuth_rad).abs();
+    let farthest = reach(cosine + of_cosine).max(reach(cosine - of_cosine)).hypot(linear.k * turn_rad).min(PI);
     // The linear part divides by the sine, which vanishes.
     let u = linear.u.min(farthest);
     if u > 0.0 { Uncertainty { u, k: farthest / u, ..linear } } else { linear }

@@ -64,7 +64,8 @@ impl EarthRate {
 
     fn compare(&self, measured: Estimate, excess: impl Fn(f64) -> f64) -> Result<(), DriftError> {
         let Some(uncertainty) = measured.uncertainty else { return Ok(()) };
-        let limit = coverage_factor(uncertainty.dof, AGREEMENT_PROBABILITY) * uncertainty.u.hypot(self.u_horizontal_rad_s);
+        let both = uncertainty.with_known(self.u_horizontal_rad_s);
+        let limit = coverage_factor(both.dof, AGREEMENT_PROBABILITY) * both.u;
         if excess(measured.value - self.horizontal_rad_s) > limit {
             return Err(DriftError::LatitudeDisagrees {
                 latitude_deg: self.latitude_deg,

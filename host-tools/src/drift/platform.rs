@@ -28,6 +28,8 @@ const MIN_RELATIVE_RATE: f64 = 0.5;
 const MIN_PULSE_RATIO: f64 = 0.9;
 /// Increase of the standard uncertainty by the correlation of ¼ between adjacent cycles: √(1 + 2/4).
 const OVERLAP_FACTOR: f64 = 1.224_744_871_391_589;
+/// Fewest rows at rest that show whether the gyro has noise.
+const MIN_ROWS_AT_REST: usize = 20;
 /// Part of a pulse's rows at the extreme reading from which the gyro counts as clipped.
 const MAX_EXTREME_ROWS: f64 = 0.3;
 
@@ -92,6 +94,8 @@ pub struct PlatformResult {
     pub budgets: Option<[Quantity<PlatformSource, ()>; 2]>,
     /// The Earth rate was subtracted.
     pub without_earth_rate: bool,
+    /// The reading at rest is constant: constant readings in the pulses do not show that the gyro is clipped.
+    pub is_quiet: bool,
 }
 
 /// Options of the evaluation.
@@ -167,6 +171,7 @@ pub fn of_log(log: &Log, settings: PlatformSettings) -> Result<PlatformResult, D
     }
     let pulse_s = samples as f64 * dt_s;
     let shortest = (MIN_PULSE_RATIO * samples as f64) as usize;
+    let is_quiet = is_quiet(gyro, &stretches, (SLOPE_S / dt_s).ceil() as usize);
     let mut cycles = Vec::new();
     for (rows, ends) in &stretches {
         for three in ends.windows(3) {
@@ -177,7 +182,7 @@ pub fn of_log(log: &Log, settings: PlatformSettings) -> Result<PlatformResult, D
             }
             let window = middle - samples..middle + samples + 1;
             let Some(found) = cycle(log.t_s()[window.start], &gyro[window.clone()], &theta[window.clone()], pulse_s) else { continue };
-            let defect = is_clipped(&gyro[window], samples).then_some(CycleDefect::FlatTop);
+            let defect = (!is_quiet && is_clipped(&gyro[window], samples)).then_some(CycleDefect::FlatTop);
             cycles.push(PlatformCycle { defect, ..found });
         }
     }
@@ -187,7 +192,7 @@ pub fn of_log(log: &Log, settings: PlatformSettings) -> Result<PlatformResult, D
     if cycles.iter().all(|cycle| cycle.defect.is_some()) {
         return Err(DriftError::NoValidCycle { log: name(), count: cycles.len(), defect: cycles[0].defect.clone() });
     }
-    Ok(evaluated(cycles, pulse_s, earth_rad_s))
+    Ok(PlatformResult { is_quiet, ..evaluated(cycles, pulse_s, earth_rad_s) })
 }
 
 /// Rows at which the platform begins to turn, reverses, and ends to turn.
@@ -222,6 +227,20 @@ fn reversals(theta_rad: &[f64], dt_s: f64) -> Vec<usize> {
     }
     ends.extend(last.map(|(_, row)| row));
     ends
+}
+
+/// The readings before the platform turns and after it are equal: their noise is below the resolution of the gyro.
+fn is_quiet(gyro_rad_s: &[f64], stretches: &[(Range<usize>, Vec<usize>)], margin: usize) -> bool {
+    let mut at_rest: Vec<f64> = Vec::new();
+    for (rows, ends) in stretches {
+        if let (Some(first), Some(last)) = (ends.first(), ends.last()) {
+            at_rest.extend(&gyro_rad_s[rows.start..first.saturating_sub(margin).max(rows.start)]);
+            at_rest.extend(&gyro_rad_s[(last + margin).min(rows.end)..rows.end]);
+        }
+    }
+    at_rest.sort_by(f64::total_cmp);
+    let most = at_rest.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or(0);
+    at_rest.len() >= MIN_ROWS_AT_REST && most as f64 > MAX_EXTREME_ROWS * at_rest.len() as f64
 }
 
 /// Many readings of one pulse are equal to its extreme: the gyro is at the end of its range.
@@ -295,6 +314,7 @@ fn evaluated(mut cycles: Vec<PlatformCycle>, pulse_s: f64, earth_rad_s: Option<f
         scale: total(1, scale.value),
         lag_s,
         without_earth_rate: earth_rad_s.is_some(),
+        is_quiet: false,
         cycles,
         budgets,
     }

@@ -69,7 +69,8 @@ impl PositionModel {
             rows.iter().map(|row| row[model.fitted[i]] * row[model.fitted[j]]).sum::<f64>()
         });
         let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| normal[(i, j)] / (normal[(i, i)] * normal[(j, j)]).sqrt());
-        if rows.len() < model.fitted.len() || !(scaled.symmetric_eigen().eigenvalues.min() >= MIN_EIGENVALUE) {
+        let is_separable = rows.len() >= model.fitted.len() && scaled.symmetric_eigen().eigenvalues.min() >= MIN_EIGENVALUE;
+        if !is_separable {
             return Err(model.not_separable(rows.len()));
         }
         Ok(model)

@@ -33,7 +33,7 @@ pub fn closed_loop_poles(plant: &Plant, regulator: Regulator) -> Result<Vec<Comp
     poles.sort_by(|a, b| b.re.total_cmp(&a.re).then(a.im.abs().total_cmp(&b.im.abs())));
     let fastest = poles.iter().map(|pole| pole.norm()).max_or_zero();
     match poles.first() {
-        Some(pole) if !(pole.re <= MIN_RELATIVE_DAMPING * fastest) => {
+        Some(pole) if pole.re.is_nan() || pole.re > MIN_RELATIVE_DAMPING * fastest => {
             Err(ObserverError::UnstableLoop { re: pole.re, im: pole.im.abs(), angle: gains[0], rate: gains[1] })
         }
         _ => Ok(poles),

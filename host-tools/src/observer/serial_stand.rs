@@ -127,8 +127,7 @@ pub fn commands(design: &Design, request: &TransferRequest) -> Result<Vec<String
     }
     if request.regulator.iter().any(|gain| *gain != 0.0) {
         let radius = discrete_loop_radius(discrete, request.regulator, plant_states);
-        // NaN is not stable.
-        if !(radius < 1.0) {
+        if radius.is_nan() || radius >= 1.0 {
             return Err(TransferError::UnstableLoop { radius });
         }
     }

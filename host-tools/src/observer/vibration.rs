@@ -214,9 +214,12 @@ pub fn compensate(
     let misalignment_gain = record.rate_gain_s * mean(&|k| estimates[k].alpha_rate_rad_s * (estimates[k].beta_rad - mean_beta_rad));
     let offset_gain = record.rate_gain_s * mean(&|k| estimates[k].alpha_rate_rad_s);
     let u = uncertainties;
+    // A sine in phase with the rate is changed in the second order only: 1 − cos ωδ.
+    let delay_rad = std::f64::consts::TAU * vibration_Hz * u.gamma_delay_s;
+    let of_delay = ((delayed_rad - part_rad) / step_s * u.gamma_delay_s).hypot(part_rad * (1.0 - delay_rad.cos()));
     let systematic = [
         (VibrationSource::GammaGain, part_rad * u.gamma_gain),
-        (VibrationSource::GammaDelay, (delayed_rad - part_rad) / step_s * u.gamma_delay_s),
+        (VibrationSource::GammaDelay, of_delay),
         (VibrationSource::GammaMisalignment, misalignment_gain * u.gamma_misalignment_rad),
         (VibrationSource::GammaOffset, offset_gain * u.gamma_offset_rad),
         (VibrationSource::Element, part_rad * u.element),

@@ -91,7 +91,7 @@ pub(super) fn evaluate(log: &Log, theta_rad: &[f64], plateau: &Plateau, limit: O
     };
     let end_s = *passes(span_deg).last()?;
     let duration_s = end_s - t_s[rows.start];
-    if !(duration_s > 0.0) {
+    if duration_s.is_nan() || duration_s <= 0.0 {
         return None;
     }
     let mean_rad_s = span_deg.to_radians() / duration_s;

@@ -149,7 +149,6 @@ pub async fn set_up(stand: &mut impl StandConnection, plan: &CyclePlan) -> Resul
     let commands = [
         format!("DRIFt:SHAPe {}", plan.shape),
         format!("DRIFt:REVersed {}", if plan.reversed { "ON" } else { "OFF" }),
-        format!("DRIFt:SEQuence {}", plan.sequence),
         format!("DRIFt:DURation {} S", plan.pulse_s),
         format!("DRIFt:PERiod {} S", plan.period_s),
         format!("DRIFt:REST {} S", plan.rest_s),
@@ -160,11 +159,12 @@ pub async fn set_up(stand: &mut impl StandConnection, plan: &CyclePlan) -> Resul
     Ok(())
 }
 
-/// Sends the rate of the pulses and the number of cycles.
+/// Sends the rate of the pulses, the number of cycles, and their sequence of signs.
 ///
 /// # Errors
 /// The serial line; the stand rejects the rate.
-pub async fn set_rate(stand: &mut impl StandConnection, rate_rad_s: f64, cycles: u32) -> Result<(), ConnectionError> {
+pub async fn set_rate(stand: &mut impl StandConnection, (rate_rad_s, cycles, sequence): (f64, u32, &str)) -> Result<(), ConnectionError> {
+    stand.command(&format!("DRIFt:SEQuence {sequence}")).await?;
     stand.command(&format!("DRIFt:RATE {rate_rad_s:e} RAD/S")).await?;
     stand.command(&format!("DRIFt:COUNt {cycles}")).await
 }
@@ -184,7 +184,7 @@ impl PositionData {
     /// Adds start and trace of the cycles from the rows, which carry the mark of the firmware: four times the number of the cycle, plus 1 or 2 in its pulses.
     fn add_traces(&mut self) {
         for cycle in &mut self.cycles {
-            let is_pulse = |[.., mark]: &[f64; 4]| *mark as u64 / 4 == u64::from(cycle.number) && *mark as u64 % 4 > 0;
+            let is_pulse = |[.., mark]: &[f64; 4]| *mark as u64 / 4 == u64::from(cycle.number) && !(*mark as u64).is_multiple_of(4);
             let Some(first) = self.rows.iter().position(is_pulse) else { continue };
             cycle.start_s = self.rows[first][0];
             let count = 2 * cycle.samples as usize;

@@ -24,6 +24,8 @@ pub use cycles::{CyclePlan, CycleTrace, GyroscopeScales, ReportedCycle};
 const SIMULATED_START_S: f64 = 0.1;
 /// Position error at which the drive has reached its setpoint, rad.
 const POSITION_TOLERANCE_RAD: f64 = 5e-4;
+/// The firmware's name of the sequence with both signs.
+const BOTH: &str = "BOTH";
 /// Interval between measurements of the angle while the drive turns the platform, s, and the largest number of them.
 const POSITION_INTERVAL_S: f64 = 0.2;
 const MAX_POSITION_STEPS: usize = 150;
@@ -57,6 +59,20 @@ pub enum VisitOrder {
 }
 
 impl DriftSessionRequest {
+    fn has_both_signs(&self) -> bool {
+        self.plan.sequence == BOTH
+    }
+
+    /// Signs of the pulses in a visit, by its number from 0. A visit of one cycle alternates the sign with the visits: positions are visited once with an even
+    /// and once with an odd number, so that each has both signs, and the sign changes with the time less than the drift.
+    fn sequence(&self, visit: usize, cycles: u32) -> &'static str {
+        match (self.has_both_signs() && cycles == 1 && self.order == VisitOrder::Abba, visit % 2) {
+            (false, _) => self.plan.sequence,
+            (true, 0) => "PLUSminus",
+            (true, _) => "MINusplus",
+        }
+    }
+
     /// The visits: number of the position, from 0, and cycles at each rate. The last position of the first half is visited once, with the cycles of both visits.
     pub fn visits(&self) -> Vec<(usize, u32)> {
         let (count, cycles) = (self.positions.len(), self.plan.cycles);
@@ -64,6 +80,8 @@ impl DriftSessionRequest {
             VisitOrder::Once => (0..count).map(|position| (position, cycles)).collect(),
             VisitOrder::Abba => {
                 let half = cycles.div_ceil(2);
+                // Both signs equally often in a visit, where it has more than one cycle.
+                let half = if self.has_both_signs() && half > 1 { (half.next_multiple_of(2)).min(cycles) } else { half };
                 let there = (0..count).map(|position| (position, half));
                 let back = (0..count).rev().map(|position| (position, (cycles - half).max(1)));
                 there.chain(back).collect()
@@ -169,9 +187,10 @@ pub async fn measure<S: StandConnection>(
             rates.reverse();
         }
         for rate_rad_s in rates {
-            if set != Some((rate_rad_s, *cycles)) {
-                cycles::set_rate(stand, rate_rad_s, *cycles).await?;
-                set = Some((rate_rad_s, *cycles));
+            let wanted = (rate_rad_s, *cycles, request.sequence(k, *cycles));
+            if set != Some(wanted) {
+                cycles::set_rate(stand, wanted).await?;
+                set = Some(wanted);
             }
             let data = cycles::measure(stand, *position as u32 + 1, *place, rate_rad_s, end_s, report).await?;
             end_s = data.end_s;
@@ -280,4 +299,48 @@ async fn drive_to<S: StandConnection>(stand: &mut S, turned_rad: f64, origin_rad
         }
     }
     Err(DriftSessionError::NotReached { error_rad })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(cycles: u32, positions: usize) -> DriftSessionRequest {
+        DriftSessionRequest {
+            plan: CyclePlan { shape: "RECTangular", reversed: false, sequence: BOTH, pulse_s: 5.0, period_s: 0.02, rest_s: 4.0, cycles },
+            rates_rad_s: vec![1e-3],
+            positions: vec![Orientation::default(); positions],
+            order: VisitOrder::Abba,
+            turn_by_drive: false,
+            keep_rows: false,
+        }
+    }
+
+    /// Counts the first signs of each position as the firmware runs them.
+    fn signs(request: &DriftSessionRequest) -> Vec<[u32; 2]> {
+        let mut counts = vec![[0; 2]; request.positions.len()];
+        for (k, (position, cycles)) in request.visits().into_iter().enumerate() {
+            match request.sequence(k, cycles) {
+                "PLUSminus" => counts[position][0] += cycles,
+                "MINusplus" => counts[position][1] += cycles,
+                _ => {
+                    counts[position][0] += cycles.div_ceil(2);
+                    counts[position][1] += cycles / 2;
+                }
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn every_position_has_both_signs_equally_often() {
+        for positions in [2, 3, 4] {
+            for cycles in [2, 4, 6, 8, 10] {
+                let counts = signs(&request(cycles, positions));
+                assert!(counts.iter().all(|[plus, minus]| plus == minus && plus + minus == cycles), "{positions} {cycles}: {counts:?}");
+            }
+        }
+        // One cycle becomes two, one of each sign.
+        assert_eq!(signs(&request(1, 2)), [[1, 1], [1, 1]]);
+    }
 }

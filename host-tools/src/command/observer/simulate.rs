@@ -24,10 +24,10 @@ pub(in crate::command) struct Simulate {
     #[arg(long, value_name = "N_M", default_value_t = 1e-5, allow_negative_numbers = true)]
     moment: f64,
     /// Harmonic moment in addition: amplitude, N m, and frequency, Hz
-    #[arg(long, value_name = "N_M,HZ", num_args = 2, value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_name = "N_M,HZ", value_delimiter = ',', allow_negative_numbers = true)]
     moment_harmonic: Vec<f64>,
     /// Random moment in addition: standard deviation, N m, and correlation time, s
-    #[arg(long, value_name = "N_M,S", num_args = 2, value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_name = "N_M,S", value_delimiter = ',', allow_negative_numbers = true)]
     moment_random: Vec<f64>,
     /// Seed of the random moment
     #[arg(long, default_value_t = 1)]

@@ -1,7 +1,7 @@
 //! Answers of `stand drift … --json`.
 
 use super::display::Display;
-use super::words::platform_source;
+use super::words::{QUIET, platform_source};
 use super::{defect, source, warning};
 use crate::drift::error_budget::{AxisBudget, DriftQuantity, ErrorSource};
 use crate::drift::evaluation::sources;
@@ -302,6 +302,7 @@ struct PlatformEntry<'a> {
     without_earth_rate: bool,
     quantities: Vec<QuantityJson>,
     cycles: Vec<PlatformCycleEntry>,
+    warnings: Vec<&'static str>,
 }
 
 /// The answer of `stand drift platform --json`.
@@ -337,5 +338,6 @@ pub fn platform_json(log: &str, result: &PlatformResult, units: Units) -> Value 
             QuantityJson::new("scale factor", "IEEE 528, scale factor", &result.scale, &display.one),
         ],
         cycles: result.cycles.iter().map(cycle).collect(),
+        warnings: result.is_quiet.then_some(QUIET).into_iter().collect(),
     })
 }

@@ -1,7 +1,7 @@
 //! Results of the drift measurement for a terminal.
 
 use super::display::{Display, OWN_DRIFT_NAMES};
-use super::words::{defect, warning};
+use super::words::{QUIET, defect, warning};
 use crate::drift::measurement::SeparatedDrift;
 use crate::drift::platform::PlatformResult;
 use crate::drift::pulse_advice::PulseAdvice;
@@ -117,6 +117,9 @@ pub fn platform_text(log: &str, result: &PlatformResult, units: Units) -> String
     }
     if result.budgets.is_none() {
         out += "  no uncertainty: needs more cycles than bias, lag and trend together\n";
+    }
+    if result.is_quiet {
+        out += &format!("  {QUIET}\n");
     }
     for cycle in result.cycles.iter().filter(|cycle| cycle.defect.is_some()) {
         let reason = cycle.defect.as_ref().map(defect).unwrap_or_default();

@@ -13,11 +13,13 @@ use crate::report::{listed, log_warning, plain, significant};
 /// Seconds of an hour.
 const HOUR_S: f64 = 3600.0;
 
+/// Remark of the platform method.
+pub(super) const QUIET: &str = "the reading at rest is constant: the gyro's noise is below its resolution, and constant readings in the pulses do not show whether it is clipped";
+
 /// Name of a source of uncertainty.
 pub(super) fn source(source: ErrorSource) -> &'static str {
     match source {
-        ErrorSource::CycleScatter => "scatter of the cycles, with the movement of the drift",
-        ErrorSource::VisitScatter => "scatter between visits of a position",
+        ErrorSource::CycleScatter => "scatter of the cycles and visits, with the movement of the drift",
         ErrorSource::Turn => "turn between the positions",
         ErrorSource::Level => "level",
         ErrorSource::AngleGain => "gain of the angle sensor",

@@ -24,6 +24,12 @@ impl Uncertainty {
         self.k * self.u
     }
 
+    /// With an independent contribution that is taken as known (Welch and Satterthwaite).
+    pub fn with_known(self, u: f64) -> Self {
+        let total = self.u.hypot(u);
+        if total > 0.0 { Self::student(total, self.dof * (total / self.u).powi(4)) } else { self }
+    }
+
     /// The uncertainty of the value multiplied by `factor`.
     pub fn scaled(self, factor: f64) -> Self {
         Self { u: self.u * factor.abs(), ..self }
@@ -66,5 +72,19 @@ impl<B, M> Quantity<B, M> {
     pub fn estimate(&self) -> Estimate {
         let uncertainty = Uncertainty { u: self.combined_u(), dof: self.effective_dof(), k: self.coverage_factor(COVERAGE_PROBABILITY) };
         Estimate { value: self.value, uncertainty: Some(uncertainty) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// GUM G.4.1: ν_eff = u⁴/(u₁⁴/ν₁) = 3 (√2)⁴ = 12 for equal parts.
+    #[test]
+    fn a_known_contribution_increases_the_degrees_of_freedom() {
+        let sum = Uncertainty::student(1.0, 3.0).with_known(1.0);
+        assert!((sum.u - 2_f64.sqrt()).abs() < 1e-12 && (sum.dof - 12.0).abs() < 1e-9 && (sum.k - 2.179).abs() < 1e-3, "{sum:?}");
+        let alone = Uncertainty::student(0.0, 3.0).with_known(1.0);
+        assert!(alone.dof.is_infinite() && (alone.k - 1.96).abs() < 1e-3, "{alone:?}");
     }
 }
