@@ -191,6 +191,35 @@ fn parameters_are_stored_and_an_invalid_observer_is_refused() {
     });
 }
 
+/// A regulator of the wrong sign (pole at +85 1/s) is refused before feedback, and the observer goes on.
+#[test]
+fn feedback_into_an_unstable_loop_is_refused() {
+    talk(six(1e-3, 0.0), flash(1), async |host| {
+        host.wait_s(0.1).await;
+        for (rate_gain, is_stable) in [(-6.5e-2, false), (6.5e-2, true)] {
+            let regulator = [1e-2, rate_gain, 0.0, 0.0, 0.0, 0.0, 1.0];
+            host.observer(true, &PHI_7, &GAMMA_7, &GAIN_7, regulator).await;
+            host.settled().await;
+            if is_stable {
+                host.command("OBS:FEED ON").await;
+            } else {
+                assert!(host.refused("OBS:FEED ON").await.contains("closed loop"));
+            }
+            assert_eq!(
+                (host.query("OBS:FEED?").await, host.query("OBS:PHAS?").await),
+                (u8::from(is_stable).to_string(), "SETTLED".to_owned())
+            );
+        }
+        // Requested before the check has ended: the feedback ends with the reason.
+        host.observer(true, &PHI_7, &GAMMA_7, &GAIN_7, [1e-2, -6.5e-2, 0.0, 0.0, 0.0, 0.0, 1.0]).await;
+        host.command("OBS:STAT ON").await;
+        host.command("OBS:FEED ON").await;
+        host.wait_s(1.5).await;
+        assert_eq!(host.query("OBS:FEED?").await, "0");
+        assert!(host.query("SYST:ERR?").await.contains("closed loop"));
+    });
+}
+
 #[test]
 fn the_stream_carries_the_estimates() {
     talk(six(1e-3, MOMENT_N_M), flash(1), async |host| {

@@ -1,7 +1,7 @@
 //! The host side of the rotary stand: sessions, analyses and reports behind the command `stand`, on the library `identification`.
 //!
-//! Layers, lowest first: [`acquire`]; the analyses [`allan`], [`calibrate`], [`compensate`], [`drift`] and [`observer`], which return data; [`report`], which
-//! makes text, HTML and JSON of them and of [`identify`]; [`command`].
+//! Layers, lowest first: [`acquire`]; the analyses [`allan`], [`calibrate`], [`compensate`], [`drift`], [`observer`] and [`stability`], which return data;
+//! [`report`], which makes text, HTML and JSON of them and of [`identify`]; [`command`].
 
 pub mod acquire;
 pub mod allan;
@@ -11,5 +11,6 @@ pub mod compensate;
 pub mod drift;
 pub mod observer;
 pub mod report;
+pub mod stability;
 
 pub use identification::{files, identify, log, model, statistics, words};

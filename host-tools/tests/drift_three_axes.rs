@@ -105,36 +105,40 @@ fn record(cycles: &[[f64; 3]], gain: [f64; 3]) -> Log {
     Log::new("three.parquet", columns, notes.map(|(note, value)| (note.to_owned(), value.to_string())).to_vec()).unwrap()
 }
 
+/// The torquers of the bench are symmetric, or two amplitudes measure their asymmetry: no bound is needed.
+const JSON: [&str; 4] = ["--torquer-asymmetry", "0", "--json", "-"];
+
 /// Results with the mark of the firmware and by the currents only.
 fn computed(folder: &Path, log: &Log) -> [Value; 2] {
     let bare: Vec<Column> = log.columns().iter().filter(|column| column.name != "drift_mark").cloned().collect();
     log.write(folder.join("three.parquet")).unwrap();
     Log::new("bare.parquet", bare, log.notes().to_vec()).unwrap().write(folder.join("bare.parquet")).unwrap();
     ["three.parquet", "bare.parquet"]
-        .map(|log| stand(folder, &["drift", "compute", log, "--json", "-", "--html", "page.html"]).succeeded().json())
+        .map(|log| stand(folder, &[&["drift", "compute", log, "--html", "page.html"], &JSON[..]].concat()).succeeded().json())
 }
 
 fn value(json: &Value) -> (f64, f64) {
     (json["value"].as_f64().unwrap(), json["sigma"].as_f64().unwrap())
 }
 
-/// Asserts that own drift, apparent drift and azimuth agree with the truth within their uncertainty; that of the own drift is at most `most`, °/h.
+/// Asserts that own drift, apparent drift and azimuth are covered by their expanded uncertainty; that of the own drift is at most `most`, °/h. With one visit
+/// to each position the trend of the drift is known from within the visits only, and widens that of the apparent drift.
 #[track_caller]
 fn assert_true(found: &Value, most: f64) {
     let (horizontal, azimuth) = (Site::default().horizontal_rad_s() / DEG_H, 80_f64.to_radians());
     let apparent = [-horizontal * azimuth.cos(), 0.0, horizontal * azimuth.sin()];
+    let covers = |what: &str, found: &Value, truth: f64, most: f64| {
+        let (value, expanded) = (found["value"].as_f64().unwrap(), found["U"].as_f64().unwrap());
+        assert!((value - truth).abs() <= expanded && expanded < most, "{what}: {value} ± {expanded}, truth {truth}");
+    };
     for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
-        let (own, sigma) = value(&found["own_drift_deg_h"][axis]);
-        // t with 4 degrees of freedom exceeds 5 with probability 1/100; the seed is fixed.
-        assert!((own - OWN[k]).abs() < 5.0 * sigma && sigma < most, "own {axis}: {own} ± {sigma}");
+        covers(axis, &found["own_drift_deg_h"][axis], OWN[k], most);
         if axis != "y" {
-            let (seen, sigma) = value(&found["apparent_drift_deg_h"][axis]);
-            assert!((seen - apparent[k]).abs() < 5.0 * sigma && sigma < 1.5e-3, "apparent {axis}: {seen} ± {sigma}");
+            covers(axis, &found["apparent_drift_deg_h"][axis], apparent[k], 0.015);
         }
     }
-    let (degrees, sigma) = value(&found["azimuth_deg"]);
-    // 0.6′, half of the platform's rotation until the middle of a cycle.
-    assert!((degrees - 80.0).abs() < 5.0 * sigma && sigma < 0.01, "{degrees} ± {sigma}");
+    // 0.6′ is half of the platform's rotation until the middle of a cycle.
+    covers("azimuth", &found["azimuth_deg"], 80.0, 0.1);
 }
 
 #[test]
@@ -143,9 +147,11 @@ fn three_axis_results_agree_with_the_truth() {
     let both = [[1.0; 3], [-1.0; 3], [1.0; 3], [-1.0; 3], [1.0; 3], [-1.0; 3]];
     for found in computed(folder.path(), &record(&both, [0.0; 3])) {
         assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(36), Some(0)), "{found}");
-        assert_true(&found, 1.5e-3);
+        assert_true(&found, 6e-3);
         // −1.168′ (docs/theory.md §3.3): rotation of the platform until the middle of a cycle; unequal pulses add −ε w/2 to the own drift.
-        let raw = 60.0 * (found["uncorrected"]["azimuth_deg"]["value"].as_f64().unwrap() - 80.0);
+        // Both have the same noise.
+        let azimuth = |of: &Value| 60.0 * of["azimuth_deg"]["value"].as_f64().unwrap();
+        let raw = azimuth(&found["uncorrected"]) - azimuth(&found);
         assert!((raw + 1.168).abs() < 0.5, "{raw}′");
         let z = found["uncorrected"]["own_drift_deg_h"]["z"]["value"].as_f64().unwrap();
         assert!((z - 2.0 + 0.027).abs() < 0.004, "{z}");
@@ -163,7 +169,7 @@ fn axes_without_pulses_have_no_cycle() {
     }
     for found in computed(folder.path(), &record(&cycles, [0.0; 3])) {
         assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(24), Some(0)), "{found}");
-        assert_true(&found, 1.5e-3);
+        assert_true(&found, 6e-3);
     }
 }
 
@@ -175,7 +181,7 @@ fn two_amplitudes_give_the_inequality_of_three_torquers() {
     let gain = [2e-3, -1e-3, 3e-3];
     for found in computed(folder.path(), &record(&cycles, gain)) {
         // The extrapolation to zero amplitude increases the drift's uncertainty, not the azimuth's.
-        assert_true(&found, 4e-3);
+        assert_true(&found, 0.015);
         let unequal = found["inequality"].as_array().unwrap();
         assert_eq!(unequal.len(), 3, "{found}");
         for (found, truth) in unequal.iter().zip(gain) {
@@ -192,7 +198,7 @@ fn turn_level_and_gain_errors_act_on_the_expected_axes() {
     let folder = tempfile::tempdir().unwrap();
     computed(folder.path(), &record(&[[1.0; 3], [-1.0; 3], [1.0; 3], [-1.0; 3]], [0.0; 3]));
     let with = |more: &[&str]| {
-        let found = stand(folder.path(), &[&["drift", "compute", "three.parquet", "--json", "-"], more].concat()).succeeded().json();
+        let found = stand(folder.path(), &[&["drift", "compute", "three.parquet"], &JSON[..], more].concat()).succeeded().json();
         ["x", "y", "z"]
             .map(|axis| value(&found["own_drift_deg_h"][axis]).1)
             .into_iter()

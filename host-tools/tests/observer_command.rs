@@ -5,7 +5,7 @@ mod common;
 
 use common::{RunOutput, files, stand};
 use hal_sim::element::{BaseVibration, FourState, LinearElement};
-use host_tools::observer::vibration::{Correction, Measured, Period, compensate};
+use host_tools::observer::vibration::{Correction, Measured, Period, VibrationUncertainties, compensate};
 use host_tools::observer::{Kind, Plant, Poles, Request};
 use serde_json::Value;
 
@@ -120,6 +120,29 @@ fn gains_unstable_at_the_step_are_rejected() {
     assert!(status == Some(2) && err.contains("with a step of 0.001 s") && err.contains("unit circle"), "{err}");
 }
 
+/// With r₂ of the wrong sign the loop has a pole at +85 1/s (docs/theory.md §1.5 with the other sign): no steady state is printed.
+#[test]
+fn unstable_closed_loop_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = ["observer", "simulate", "astatic-identifier-recovered", "--regulator-rate", "-0.065", "--json", "new.json"];
+    let RunOutput { status, out, err } = stand(folder.path(), &words);
+    assert!(status == Some(2) && out.is_empty() && err.trim_end().lines().count() == 1, "{err}");
+    assert!(err.contains("unstable") && err.contains("+85") && !folder.path().join("new.json").exists(), "{err}");
+}
+
+/// The slow pole of the integral channel leaves a rate error after 3 s; for t → ∞ it is 0.
+#[test]
+fn end_of_the_simulation_is_not_called_steady() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = ["observer", "simulate", "astatic-identifier-recovered", "--kind", "integral", "--seconds", "3"];
+    let answer = stand(folder.path(), &[&words[..], &["--json", "-"]].concat()).succeeded().json();
+    let rate = |which: &str, key: &str| numbers(&answer[which][key])[1];
+    let (at_end, steady) = (rate("astatic", "at_end").abs(), rate("astatic", "rest").abs());
+    assert!(at_end > 1e-7 && steady < 1e-12 && answer["astatic"]["at_end_s"].as_f64().unwrap() > 2.99, "{at_end} {steady}");
+    let text = stand(folder.path(), &words).succeeded().out;
+    assert!(text.contains("rate error at the end, 3 s, rad/s") && text.contains("steady (t → ∞) rate error, rad/s"), "{text}");
+}
+
 /// The four-state element on a vibrating base, as a log; docs/theory.md §2.3, case V1.
 #[test]
 fn azimuth_is_corrected_for_vibration() {
@@ -157,14 +180,14 @@ fn azimuth_is_corrected_for_vibration() {
     let alpha: Vec<f64> = column("angle_sensor_V").iter().map(|volts| volts / 20.0).collect();
     let exact = Some((column("alpha_rate_rad_s"), column("beta_rate_rad_s")));
     let measured = Measured { step_s: 1e-3, alpha_rad: &alpha, gamma_rad: column("gamma_rad"), exact };
-    let found = compensate(&measured, &FourState::SET_B, &design.design().unwrap(), None).unwrap();
+    let found = compensate(&measured, &FourState::SET_B, &design.design().unwrap(), None, &VibrationUncertainties::default()).unwrap();
     let count = found.by_period.len() as f64;
     assert!(count >= 39.0, "{count}");
     let mean = |of: &dyn Fn(&Period) -> f64| found.by_period.iter().map(of).sum::<f64>() / count;
     let corrected = |correction: &Correction| found.alpha_rad - correction.with_inertia_rad;
     for (course, whole) in [
         (mean(&|p| p.alpha_rad), found.alpha_rad),
-        (mean(&|p| p.estimated_rad), corrected(&found.estimated)),
+        (mean(&|p| p.estimated_rad), corrected(&found.response_corrected)),
         (mean(&|p| p.exact_rad.unwrap()), corrected(found.exact.as_ref().unwrap())),
     ] {
         assert!((course - whole).abs() < 0.01 * found.alpha_rad.abs(), "{course} {whole}");
@@ -175,6 +198,41 @@ fn azimuth_is_corrected_for_vibration() {
     // The precession of 0.01 rad/s moves the mean within the record: 1 %.
     assert!((of("exact", "removed_by_rate_percent") - 100.0).abs() < 1.0, "{answer}");
     assert!((of("estimated", "removed_by_rate_percent") - 98.0).abs() < 1.0, "{answer}");
+
+    // A true azimuth of 10 mrad does not change the part that vibration causes.
+    let text = std::fs::read_to_string(folder.path().join("log.csv")).unwrap();
+    let turned: String = text
+        .lines()
+        .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
+            [t, volts, gamma, alpha_rate, beta_rate] if volts.parse::<f64>().is_ok() => {
+                format!("{t},{},{gamma},{alpha_rate},{beta_rate}\n", volts.parse::<f64>().unwrap() + 20.0 * 0.01)
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    std::fs::write(folder.path().join("turned.csv"), turned).unwrap();
+    let other = stand(folder.path(), &["vibration", "compensate", "turned.csv", "--json", "-"]).succeeded().json();
+    let number =
+        |answer: &serde_json::Value, quantity: &str, key: &str| answer[quantity][key].as_f64().unwrap_or_else(|| panic!("{answer:#}"));
+    let (part, expanded) = (number(&other, "vibration_part_rad", "value"), number(&other, "vibration_part_rad", "U"));
+    assert!((part - number(&answer, "vibration_part_rad", "value")).abs() < 0.01 * part.abs(), "{other:#}");
+    assert!((part - -6.923_97e-3).abs() <= expanded && expanded < 0.05 * part.abs(), "{part} ± {expanded}");
+    let (azimuth, expanded) = (number(&other, "azimuth_rad", "value"), number(&other, "azimuth_rad", "U"));
+    assert!((azimuth - number(&answer, "azimuth_rad", "value") - 0.01).abs() < 1e-4 && expanded < 5e-4, "{azimuth} ± {expanded}");
+    // Errors of the roll channel are lines of the budget: a gain proportionally, a delay by 1 − cos ωδ, because γ is in phase with the rate.
+    let with = |option: &str, value: &str| {
+        stand(folder.path(), &["vibration", "compensate", "turned.csv", option, value, "--json", "-"]).succeeded().json()
+    };
+    let line = |answer: &serde_json::Value, of: &str| {
+        let budget = answer["azimuth_rad"]["budget"].as_array().unwrap();
+        budget.iter().find(|line| line["of"] == of).and_then(|line| line["u"].as_f64()).unwrap_or_else(|| panic!("{of}: {answer:#}"))
+    };
+    let wide = with("--gamma-gain-error", "5");
+    assert!((line(&wide, "γ: gain") / (0.05 * part.abs()) - 1.0).abs() < 1e-6, "{wide:#}");
+    assert!(number(&wide, "azimuth_rad", "U") > 1.5 * expanded, "{wide:#}");
+    let delayed = line(&with("--gamma-delay-error", "20"), "γ: delay") / part.abs();
+    let second_order = 1.0 - (std::f64::consts::TAU * 2.0 * 0.02).cos();
+    assert!(delayed >= second_order && delayed < 1.5 * second_order, "{delayed} {second_order}");
 
     for (words, expected) in [
         (&["log.csv", "--omega", "0"][..], "omega = 0"),

@@ -16,6 +16,8 @@ mod import_words;
 mod observer_words;
 #[path = "common/records_words.rs"]
 mod records_words;
+#[path = "common/stability_words.rs"]
+mod stability_words;
 
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -720,6 +722,7 @@ fn all_words() -> impl Iterator<Item = (&'static str, Check)> {
         .chain(records_words::WORDS)
         .chain(drift_words::WORDS.iter().copied())
         .chain(observer_words::WORDS)
+        .chain(stability_words::WORDS)
 }
 
 /// The help of every command has its purpose, its usage, and a line for each word.

@@ -4,6 +4,7 @@
 use hal_sim::gyro::{Campaign, DEG_H, Pattern, Site};
 use hal_sim::peripherals::Noise;
 use host_tools::drift::integral::{Integral, reference_rad_s, residual_rad_s};
+use host_tools::drift::latitude::EarthRate;
 use host_tools::drift::{platform, separation};
 use stand_tests::drift::{cases, errors, monte_carlo, separated};
 
@@ -120,7 +121,7 @@ fn vibration_is_weighted_by_sinc_squared() {
 
 #[test]
 fn two_positions_of_one_axis_give_drifts_and_azimuth() {
-    let (horizontal, vertical) = separation::earth_rad_s(70.0).unwrap();
+    let EarthRate { horizontal_rad_s: horizontal, vertical_rad_s: vertical, .. } = EarthRate::at(70.0, 0.0).unwrap();
     assert!((deg_h(horizontal) - 5.144_348_5).abs() < 1e-6 && (deg_h(vertical) - 14.133_981_3).abs() < 1e-6);
     let (own, apparent) = (1.5 * DEG_H, -horizontal * 80_f64.to_radians().cos());
     let of = |omega: f64| cycle(5_000, |t| START + triangle(t) + omega * t);

@@ -456,7 +456,7 @@ impl<'a> State<'a> {
             self.calibration.watch.abort();
         }
         self.gyro.drift.abort();
-        self.gyro.observer.set_feedback(false);
+        self.gyro.observer.end_feedback();
         self.drive.setpoint.set(Setpoint::Off);
         self.source.targets.set(Targets::default());
         self.drive.end();

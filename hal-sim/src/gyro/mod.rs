@@ -43,6 +43,9 @@ pub fn read(text: &str) -> Result<SingleAxis, String> {
         ("sensor.gain_V_rad", gyro.sensor.gain_V_rad, 1e-6, 1e9),
         ("sensor.noise_rad", gyro.sensor.noise_rad, 0.0, 1.0),
         ("sensor.step_rad", gyro.sensor.step_rad, 0.0, 1.0),
+        ("own.flicker_rad_s", gyro.own.flicker_rad_s, 0.0, 1.0),
+        ("own.random_walk_rad_s_sqrt_s", gyro.own.random_walk_rad_s_sqrt_s, 0.0, 1.0),
+        ("own.ramp_rad_s2", gyro.own.ramp_rad_s2, -1.0, 1.0),
         ("vibration.frequency_Hz", gyro.vibration.frequency_Hz, 0.0, 1e5),
     ];
     for (name, value, least, most) in checks {

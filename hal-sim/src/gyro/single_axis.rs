@@ -4,10 +4,10 @@
 //! a lag, which is that of the torquer here: both act alike.
 
 use super::{AngleSensor, GyroPort, Site, Torquer};
-use crate::peripherals::Noise;
+use crate::peripherals::{Noise, SlowNoise};
 use std::f64::consts::TAU;
 
-/// Drift of the gyroscope, rad/s, and rad/s per g along its axes.
+/// Drift of the gyroscope, rad/s, and rad/s per g along its axes. Flicker noise, random walk and ramp begin with the simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OwnDrift {
@@ -19,6 +19,22 @@ pub struct OwnDrift {
     pub output_rad_s_g: f64,
     /// Per g along the spin axis.
     pub spin_rad_s_g: f64,
+    /// Flicker noise: bias instability B (IEEE Std 952, annex C).
+    pub flicker_rad_s: f64,
+    /// Random walk K, rad/s/√s.
+    pub random_walk_rad_s_sqrt_s: f64,
+    /// Ramp, rad/s².
+    pub ramp_rad_s2: f64,
+}
+
+/// Random stream of the slow noise.
+const SLOW_STREAM: u32 = 20;
+
+impl OwnDrift {
+    /// Flicker noise and random walk of the gyroscope with this seed, rad/s, for the comparison of a measurement with the truth.
+    pub fn slow_noise(&self, seed: u64) -> SlowNoise {
+        SlowNoise::new(seed, SLOW_STREAM, self.flicker_rad_s, self.random_walk_rad_s_sqrt_s)
+    }
 }
 
 /// Orientation: rotation about the vertical, elevation of the sensitive axis, roll about that axis.
@@ -77,6 +93,8 @@ pub struct SingleAxis {
     t_s: f64,
     #[serde(skip, default = "noise")]
     noise: Noise,
+    #[serde(skip)]
+    slow_noise: Option<SlowNoise>,
 }
 
 fn noise() -> Noise {
@@ -97,6 +115,7 @@ impl Default for SingleAxis {
             theta_rad: 0.0,
             t_s: 0.0,
             noise: noise(),
+            slow_noise: None,
         }
     }
 }
@@ -104,10 +123,10 @@ impl Default for SingleAxis {
 impl SingleAxis {
     /// The same gyroscope with this seed of its noise.
     pub fn seeded(self, seed: u64) -> Self {
-        Self { noise: Noise::new(seed, 6, 1.0), ..self }
+        Self { noise: Noise::new(seed, 6, 1.0), slow_noise: Some(self.own.slow_noise(seed)), ..self }
     }
 
-    /// ω_d in its orientation, rad/s.
+    /// ω_d in its orientation without slow noise and ramp, rad/s.
     pub fn own_rad_s(&self) -> f64 {
         let [input, output, spin] = self.orientation.up();
         let own = &self.own;
@@ -126,7 +145,8 @@ impl SingleAxis {
 impl GyroPort for SingleAxis {
     fn advance(&mut self, command_A: f64, platform_rad: f64, dt_s: f64) {
         let reference = self.torquer.advance(command_A, dt_s);
-        self.theta_rad += (reference + self.own_rad_s() + self.apparent_rad_s(platform_rad)) * dt_s;
+        let slow_rad_s = self.slow_noise.as_mut().map_or(0.0, |noise| noise.at(self.t_s)) + self.own.ramp_rad_s2 * self.t_s;
+        self.theta_rad += (reference + self.own_rad_s() + slow_rad_s + self.apparent_rad_s(platform_rad)) * dt_s;
         self.t_s += dt_s;
     }
 

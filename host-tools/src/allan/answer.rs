@@ -3,6 +3,7 @@
 use super::time_stamps::TimingNote;
 use super::units::{Process, Unit};
 use crate::log::LogWarning;
+use crate::statistics::uncertainty::{Estimate, Uncertainty};
 
 /// Interpretation of the column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,6 +24,10 @@ pub enum NotShown {
     },
     /// The curve reaches zero and cannot be fitted.
     ZeroVariance,
+    /// A transient at the beginning would be taken for slow noise.
+    Transient,
+    /// The level steps too often.
+    ManySteps,
     /// The coefficient is not significant in this record.
     NotSignificant {
         /// Whether the curve has a minimum within the range that is read (flicker only); `None` for other processes.
@@ -39,6 +44,19 @@ pub enum Note {
     Timing(TimingNote),
     /// No coefficients.
     NoCoefficients(NotShown),
+    /// The level steps; the record is divided there.
+    Steps(Vec<LevelStep>),
+    /// A transient at the beginning; slow noise is not given.
+    Transient {
+        /// Time constant, s.
+        time_constant_s: f64,
+        /// Initial deviation, in the unit of the answer.
+        size: f64,
+        /// Time from which on a twentieth of it is left at most, s.
+        from_s: f64,
+    },
+    /// Flicker noise, random walk and ramp together are significant, none of them alone.
+    SlowNoiseTogether,
     /// The five processes do not explain the curve.
     Unexplained {
         /// χ² per degree of freedom.
@@ -49,6 +67,15 @@ pub enum Note {
         /// Shortest averaging time of the fit, s.
         below_s: f64,
     },
+}
+
+/// A step of the level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelStep {
+    /// Its time, s.
+    pub t_s: f64,
+    /// Level behind minus level before, in the unit of the answer.
+    pub size: f64,
 }
 
 /// One averaging time.
@@ -79,12 +106,12 @@ pub struct Point {
 }
 
 /// One coefficient, in the unit of the answer and seconds.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Coefficient {
-    /// Value; `None`: not shown by this record.
-    pub value: Option<f64>,
-    /// Standard uncertainty (1σ).
-    pub sigma: Option<f64>,
+    /// Value with its uncertainty; `None`: not shown by this record. U is the distance to the farther end of `within_95`.
+    pub estimate: Option<Estimate>,
+    /// Interval of 95 %, by the profile likelihood.
+    pub within_95: Option<[f64; 2]>,
     /// Upper limit (95 %) of a coefficient that is not shown.
     pub below: Option<f64>,
     /// Reason if it is not shown.
@@ -100,8 +127,8 @@ pub struct Lowest {
     pub oadev: f64,
     /// Deviation / 0.664: bias instability as data sheets define it.
     pub over_floor: f64,
-    /// Standard uncertainty of `over_floor`.
-    pub sigma: f64,
+    /// Uncertainty of `over_floor`.
+    pub uncertainty: Uncertainty,
     /// The curve rises on both sides; otherwise its floor may be lower.
     pub inside: bool,
 }
@@ -121,6 +148,8 @@ pub struct Answer {
     pub rows: usize,
     /// Sampling interval τ₀, s.
     pub interval_s: f64,
+    /// Elapsed time per row, s; longer than τ₀ if rows are lost.
+    pub elapsed_s: f64,
     /// Number of segments without a gap.
     pub segments: usize,
     /// Number of samples missing in the gaps.
@@ -147,6 +176,8 @@ pub struct Answer {
 pub const WHITE: usize = 1;
 /// Index of B in [`PROCESSES`].
 pub const FLICKER: usize = 2;
+/// Indices of B, K and R in [`PROCESSES`]: noise that a transient imitates.
+pub const SLOW: [usize; 3] = [2, 3, 4];
 
 impl Answer {
     /// Total duration of the rows, s.
@@ -168,7 +199,7 @@ impl Answer {
     /// Sets the reason of each coefficient without a value.
     pub(super) fn set_reasons(&mut self) {
         let has_minimum = self.lowest.map(|lowest| lowest.inside);
-        for (p, coefficient) in self.coefficients.iter_mut().enumerate().filter(|(_, c)| c.value.is_none()) {
+        for (p, coefficient) in self.coefficients.iter_mut().enumerate().filter(|(_, c)| c.estimate.is_none() && c.not_shown.is_none()) {
             coefficient.not_shown = Some(NotShown::NotSignificant { has_minimum: has_minimum.filter(|_| p == FLICKER) });
         }
     }

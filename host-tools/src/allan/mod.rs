@@ -1,7 +1,8 @@
 //! Noise of a sensor at rest by its Allan deviation: from one column of a log to five coefficients, each with its uncertainty or the reason
 //! why this record does not show it.
 //!
-//! Input: a column of a log ([`Request`]). Output: an [`Answer`]. [`time_stamps`] finds gaps and bursts, [`deviation`] computes the deviations,
+//! Input: a column of a log ([`Request`]). Output: an [`Answer`]. [`time_stamps`] finds gaps, lost rows, bursts and changes of the sampling rate,
+//! [`disturbances`] finds steps and transients by the likelihood of [`block_increments`], [`deviation`] computes the deviations,
 //! [`confidence`] their covariances and confidence intervals, [`noise`] fits the processes. The memory used is that of the column.
 //!
 //! σ²(τ) = 3Q²/τ² + N²/τ + (2 ln 2/π) B² + K²τ/3 + R²τ²/2 (IEEE Std 952, annex C):
@@ -13,8 +14,10 @@
 //! Results are in the unit of the column, for rates also in degrees and hours. The curve beyond τ = T/10 is not used.
 
 pub mod answer;
+pub mod block_increments;
 pub mod confidence;
 pub mod deviation;
+pub mod disturbances;
 pub mod error;
 pub mod noise;
 pub mod request;

@@ -1,12 +1,17 @@
 //! Fit of the five noise processes to an Allan deviation.
 //!
-//! Input: overlapping variances at octaves with their averaging factors. Output: squared coefficients with standard uncertainties, and upper limits for the
-//! processes that are not significant. The method is generalised least squares. The covariances of [`super::confidence`] depend on the coefficients, so fit and
-//! covariance are iterated. Every subset of the five with no negative square is tried; an additional process must reduce χ² by [`PENALTY`] + ln(points)
-//! (a BIC difference of 6). The uncertainties include the choice of the subset.
+//! Input: overlapping variances at octaves with their averaging factors. Output: squared coefficients with 95 % and 68 % intervals, upper limits for the
+//! processes that are not significant, and whether the five processes explain the curve.
 //!
-//! Short averages have the smallest uncertainty and deviate first (a filter in the sensor, one step of its converter). If the five processes do not fit, the
-//! shortest averages are left out, which is reported. If no range fits, uncertainties are multiplied by √(χ²/ν), which is reported as well.
+//! Method: maximum likelihood. The cube roots of the variances are normally distributed to a good approximation (Wilson and Hilferty), also with few
+//! degrees of freedom; their correlations are those of [`super::confidence`] under the fitted noise. All five squares are fitted, none negative. The interval of
+//! a coefficient is that of its profile likelihood: all values for which the other processes, refitted, explain the curve nearly as well. So the interval
+//! contains that flicker noise and random walk replace each other in a short record. A process is shown if the curve without it is less likely by
+//! [`PENALTY`] + ln(points) in −2 ln L (a BIC difference of 6).
+//!
+//! The intervals are conditional on the model: stationary noise of these five processes. Short averages have the smallest uncertainty and deviate first (a
+//! filter in the sensor, one step of its converter). If the five processes do not fit, the shortest averages are left out, which is reported. If no range
+//! fits, the intervals are widened by √(χ²/ν), which is reported as well.
 
 use std::collections::BTreeMap;
 
@@ -14,10 +19,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::confidence::{Covariance, Squares, expected, parts};
 use super::deviation::Variance;
-use crate::statistics::Extremes;
-use crate::statistics::distributions::chi_squared_tail;
+use crate::statistics::distributions::{chi_squared_quantile, chi_squared_tail};
 
-/// Required reduction of χ² by an additional process, besides ln(points).
+/// Required reduction of −2 ln L by a process that is shown, besides ln(points).
 const PENALTY: f64 = 6.0;
 /// Significance level of the χ² test of the fit.
 const SIGNIFICANCE: f64 = 1e-4;
@@ -25,21 +29,41 @@ const SIGNIFICANCE: f64 = 1e-4;
 pub const MIN_POINTS: usize = 4;
 /// Minimum number of points that remain when the shortest averages are left out.
 const MIN_REMAINING_POINTS: usize = 6;
-/// Iterations of fit and covariance.
-const ITERATIONS: usize = 6;
+/// Most iterations of a maximisation.
+const ITERATIONS: usize = 40;
+/// Change of −2 ln L below which a maximisation ends.
+const TOLERANCE: f64 = 1e-4;
+/// Halvings of a step that does not increase the likelihood.
+const HALVINGS: usize = 6;
+/// Most restarts from a better restricted maximum: more than there are processes.
+const RESTARTS: usize = 8;
+/// Bisections of an end of an interval: 1e-4 of its logarithmic range.
+const BISECTIONS: usize = 14;
+/// Factor by which the search for an upper end proceeds, and the number of its steps.
+const EXPANSION: f64 = 1.5;
+const EXPANSIONS: usize = 60;
 /// Ratio of averaging factors above which two variances count as independent (correlation below 0.001).
 const MAX_CORRELATED_RATIO: usize = 32;
-/// One-sided 95 % quantile of the normal distribution.
-const ONE_SIDED_95: f64 = 1.645;
+/// Probabilities of the intervals.
+const PROBABILITIES: [f64; 2] = [0.682_689_492_137, 0.95];
+
+/// Interval of a squared coefficient.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Intervals {
+    /// 68 %.
+    pub within_68: [f64; 2],
+    /// 95 %.
+    pub within_95: [f64; 2],
+}
 
 /// A fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
-    /// Q², N², B², K², R² in rows; 0 if not significant.
+    /// Q², N², B², K², R² in rows: the most likely values, also of processes that are not significant.
     pub squares: Squares,
-    /// Standard uncertainties of the squares; `None` if not significant.
-    pub sigmas: [Option<f64>; 5],
-    /// Upper limits (95 %) of the squares.
+    /// Intervals of the squares; `None` if not significant.
+    pub intervals: [Option<Intervals>; 5],
+    /// Upper limits (95 %, one-sided) of the squares.
     pub below: [f64; 5],
     /// Index of the first point used.
     pub first: usize,
@@ -47,6 +71,8 @@ pub struct Found {
     pub misfit: f64,
     /// The χ² test rejects the fit: the five processes do not explain the curve.
     pub unexplained: bool,
+    /// Flicker noise, random walk and ramp together are significant.
+    pub slow_noise: bool,
 }
 
 /// Fits variances at octaves; `None` for fewer than [`MIN_POINTS`].
@@ -62,112 +88,251 @@ pub fn fit(points: &[Variance], segments: &[(usize, usize)]) -> Option<Found> {
     }
     let mut whole = None;
     for first in 0..=(points.len() / 2).min(points.len().saturating_sub(MIN_REMAINING_POINTS)) {
-        let Some(found) = from(first, points, &related) else { continue };
-        if !found.unexplained {
-            return Some(found);
+        let likelihood = Likelihood { first, points: &points[first..], related: &related };
+        let Some(best) = likelihood.maximum(0, likelihood.white()) else { continue };
+        if !likelihood.is_unexplained(&best) {
+            return likelihood.found(&best);
         }
-        whole = whole.or(Some(found));
+        whole = whole.or(Some((likelihood, best)));
     }
-    whole
+    let (likelihood, best) = whole?;
+    likelihood.found(&best)
 }
 
-/// Fit of one subset of the processes.
-struct Trial {
+/// Squares with their −2 ln L and χ².
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Solution {
     squares: Squares,
-    sigmas: [Option<f64>; 5],
+    minus_2_ln: f64,
     chi2: f64,
 }
 
-/// Fit of the points from index `first`.
-fn from(first: usize, points: &[Variance], related: &BTreeMap<(usize, usize), Covariance>) -> Option<Found> {
-    let points_used = &points[first..];
-    let count = points_used.len();
-    let penalty = PENALTY + (count as f64).ln();
-    // Start value: white noise through the first point.
-    let mut squares = [0.0, points_used[0].variance * points_used[0].factor as f64, 0.0, 0.0, 0.0];
-    let mut last = None;
-    for _ in 0..ITERATIONS {
-        let whiten = Whiten::new(first, points_used, related, &squares)?;
-        let sets = (1_u32..32).filter(|set| (set.count_ones() as usize) < count);
-        let mut trials: Vec<(u32, Trial)> =
-            sets.filter_map(|set| Some((set, whiten.fit(set).filter(|t| t.squares.iter().all(|s| *s >= 0.0))?))).collect();
-        let penalised = |(set, trial): &(u32, Trial)| trial.chi2 + penalty * f64::from(set.count_ones());
-        let best = (0..trials.len()).min_by(|a, b| penalised(&trials[*a]).total_cmp(&penalised(&trials[*b])))?;
-        trials.swap(0, best);
-        squares = trials[0].1.squares;
-        last = Some((whiten, trials));
-    }
-    let (whiten, trials) = last?;
-    let (set, trial) = &trials[0];
-    let set = *set;
-    let degrees = count - set.count_ones() as usize;
-    let misfit = trial.chi2 / degrees as f64;
-    let unexplained = chi_squared_tail(trial.chi2, degrees as f64) < SIGNIFICANCE;
-    let grow = if unexplained { misfit.sqrt() } else { 1.0 };
-    let all = model_averaged_sigmas(&trials, count);
-    let sigmas: [Option<f64>; 5] = std::array::from_fn(|p| trial.sigmas[p].map(|_| all[p] * grow));
-    let below = std::array::from_fn(|p| {
-        let with = if set & 1 << p == 0 { whiten.fit(set | 1 << p) } else { None };
-        let (value, sigma) = with.as_ref().map_or((squares[p], sigmas[p]), |t| (t.squares[p], t.sigmas[p].map(|s| s * grow)));
-        value.max(0.0) + ONE_SIDED_95 * sigma.unwrap_or(f64::INFINITY)
-    });
-    Some(Found { squares, sigmas, below, first, misfit, unexplained })
+/// Squares that are held at their start value, as bits.
+type Held = u32;
+/// B², K² and R².
+const SLOW_SQUARES: Held = 0b1_1100;
+
+/// Likelihood of the points from index `first`.
+#[derive(Clone, Copy)]
+struct Likelihood<'a> {
+    first: usize,
+    points: &'a [Variance],
+    related: &'a BTreeMap<(usize, usize), Covariance>,
 }
 
-/// Standard uncertainties of the best subset's squares, averaged over all subsets with weights exp(−BIC/2); a process is 0 in a subset without it.
-/// Flicker noise and random walk are hard to separate in a short record: without model averaging the uncertainty of the selected one would be too small.
-fn model_averaged_sigmas(trials: &[(u32, Trial)], points: usize) -> [f64; 5] {
-    let penalised = |(set, trial): &(u32, Trial)| trial.chi2 + (PENALTY + (points as f64).ln()) * f64::from(set.count_ones());
-    let least = trials.iter().map(penalised).min_or_infinity();
-    let weights: Vec<f64> = trials.iter().map(|t| (-0.5 * (penalised(t) - least)).exp()).collect();
-    let total: f64 = weights.iter().sum();
-    std::array::from_fn(|p| {
-        let spread = |t: &Trial| t.sigmas[p].unwrap_or(0.0).powi(2) + (t.squares[p] - trials[0].1.squares[p]).powi(2);
-        let sum: f64 = trials.iter().zip(&weights).map(|((_, t), w)| w * spread(t)).sum();
-        (sum / total).sqrt()
-    })
+/// Cube roots of the variances relative to their expectation, with the factor of their covariance.
+struct Whitened {
+    means: Vec<f64>,
+    ratios: DVector<f64>,
+    root: DMatrix<f64>,
 }
 
-/// Whitened points: independent, with unit variance.
-struct Whiten {
-    columns: DMatrix<f64>,
-    seen: DVector<f64>,
-}
-
-impl Whiten {
-    /// Whitens by the covariance under the noise `squares`; points are relative to their expectation.
-    fn new(first: usize, points: &[Variance], related: &BTreeMap<(usize, usize), Covariance>, squares: &Squares) -> Option<Self> {
-        let count = points.len();
-        let means: Vec<f64> = points.iter().map(|p| expected(squares, p.factor)).collect();
+impl Likelihood<'_> {
+    fn whitened(&self, squares: &Squares) -> Option<Whitened> {
+        let count = self.points.len();
+        let means: Vec<f64> = self.points.iter().map(|p| expected(squares, p.factor)).collect();
+        if means.iter().any(|mean| !(mean.is_finite() && *mean > 0.0)) {
+            return None;
+        }
         let mut covariance = DMatrix::zeros(count, count);
-        for ((i, j), pair) in related.range((first, first)..).filter(|((i, _), _)| *i >= first) {
-            let (i, j) = (i - first, j - first);
-            covariance[(i, j)] = pair.of(squares) / means[i] / means[j];
+        for ((i, j), pair) in self.related.range((self.first, self.first)..).filter(|((i, _), _)| *i >= self.first) {
+            let (i, j) = (i - self.first, j - self.first);
+            // Of the cube root: a ninth of that of the variance.
+            covariance[(i, j)] = pair.of(squares) / means[i] / means[j] / 9.0;
             covariance[(j, i)] = covariance[(i, j)];
         }
-        let root = root(covariance)?;
-        let columns = DMatrix::from_fn(count, 5, |i, p| parts(points[i].factor)[p] / means[i]);
-        let seen = DVector::from_fn(count, |i, _| points[i].variance / means[i]);
-        Some(Self { columns: root.solve_lower_triangular(&columns)?, seen: root.solve_lower_triangular(&seen)? })
+        let ratios = DVector::from_fn(count, |i, _| (self.points[i].variance / means[i]).cbrt());
+        Some(Whitened { means, ratios, root: root(covariance)? })
     }
 
-    /// Least squares of one subset; `None` if the points do not determine it.
-    fn fit(&self, set: u32) -> Option<Trial> {
-        let chosen: Vec<usize> = (0..5).filter(|p| set & 1 << p != 0).collect();
-        // Columns are normalised: their norms differ by many orders of magnitude.
-        let sizes: Vec<f64> = chosen.iter().map(|p| self.columns.column(*p).norm()).collect();
-        let design = DMatrix::from_fn(self.seen.len(), chosen.len(), |i, k| self.columns[(i, chosen[k])] / sizes[k]);
-        let normal = Cholesky::new(design.tr_mul(&design))?;
-        let solution = normal.solve(&design.tr_mul(&self.seen));
-        let inverse = normal.inverse();
-        let chi2 = (&self.seen - &design * &solution).norm_squared();
-        let (mut squares, mut sigmas) = ([0.0; 5], [None; 5]);
-        for (k, p) in chosen.iter().enumerate() {
-            squares[*p] = solution[k] / sizes[k];
-            sigmas[*p] = Some(inverse[(k, k)].sqrt() / sizes[k]);
-        }
-        (chi2.is_finite() && squares.iter().all(|s| s.is_finite())).then_some(Trial { squares, sigmas, chi2 })
+    /// −2 ln L and χ² of these squares.
+    fn solution(&self, squares: Squares, whitened: &Whitened) -> Option<Solution> {
+        let Whitened { means, ratios, root } = whitened;
+        // Mean of the cube root: 1 − 2/(9 ν), and 2/(9 ν) is its variance.
+        let variance = |i: usize| root.row(i).norm_squared();
+        let off = DVector::from_fn(ratios.len(), |i, _| ratios[i] - 1.0 + variance(i));
+        let chi2 = root.solve_lower_triangular(&off)?.norm_squared();
+        let ln_determinant: f64 = 2.0 * root.diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let ln_means: f64 = means.iter().map(|mean| mean.ln()).sum::<f64>() * 2.0 / 3.0;
+        let minus_2_ln = chi2 + ln_determinant + ln_means;
+        minus_2_ln.is_finite().then_some(Solution { squares, minus_2_ln, chi2 })
     }
+
+    fn at(&self, squares: Squares) -> Option<Solution> {
+        self.solution(squares, &self.whitened(&squares)?)
+    }
+
+    /// White noise through the first point.
+    fn white(&self) -> Squares {
+        [0.0, self.points[0].variance * self.points[0].factor as f64, 0.0, 0.0, 0.0]
+    }
+
+    /// Most likely squares, none negative, from a start; those in `held` stay.
+    fn maximum(&self, held: Held, start: Squares) -> Option<Solution> {
+        let mut squares = start;
+        if expected(&squares, self.points[0].factor) <= 0.0 {
+            // Anything positive that may move.
+            squares[usize::from(held & 0b10 == 0)] = self.white()[1];
+        }
+        let mut best = self.at(squares)?;
+        for _ in 0..ITERATIONS {
+            let Some(step) = self.step(&best.squares, held) else { break };
+            let mut share = 1.0;
+            let mut better = None;
+            for _ in 0..HALVINGS {
+                let tried: Squares = std::array::from_fn(|p| best.squares[p] + share * (step[p] - best.squares[p]));
+                better = self.at(tried).filter(|found| found.minus_2_ln < best.minus_2_ln);
+                if better.is_some() {
+                    break;
+                }
+                share *= 0.5;
+            }
+            let Some(better) = better else { break };
+            let gain = best.minus_2_ln - better.minus_2_ln;
+            best = better;
+            if gain < TOLERANCE {
+                break;
+            }
+        }
+        Some(best)
+    }
+
+    /// One step of Gauss and Newton: least squares of the cube roots, linear in the squares, none of which becomes negative.
+    fn step(&self, squares: &Squares, held: Held) -> Option<Squares> {
+        let Whitened { means, ratios, root } = self.whitened(squares)?;
+        let slope = |i: usize, p: usize| ratios[i] / 3.0 * parts(self.points[i].factor)[p] / means[i];
+        let columns = root.solve_lower_triangular(&DMatrix::from_fn(means.len(), 5, slope))?;
+        let off = DVector::from_fn(means.len(), |i, _| {
+            ratios[i] - 1.0 + (0..5).filter(|p| held & 1 << p == 0).map(|p| slope(i, p) * squares[p]).sum::<f64>()
+        });
+        let right = root.solve_lower_triangular(&off)?;
+        let mut best: Option<(f64, Squares)> = None;
+        // The subset of positive squares is the best of all subsets whose solution is positive.
+        for set in (1..32_u32).filter(|set| set & held == 0 && (set.count_ones() as usize) < means.len()) {
+            let Some((chi2, mut found)) = least_squares(&columns, &right, set) else { continue };
+            (0..5).filter(|p| held & 1 << p != 0).for_each(|p| found[p] = squares[p]);
+            if found.iter().all(|s| *s >= 0.0) && best.as_ref().is_none_or(|(least, _)| chi2 < *least) {
+                best = Some((chi2, found));
+            }
+        }
+        best.map(|(_, found)| found)
+    }
+
+    fn degrees(&self, best: &Solution) -> f64 {
+        (self.points.len() - best.squares.iter().filter(|s| **s > 0.0).count()).max(1) as f64
+    }
+
+    fn is_unexplained(&self, best: &Solution) -> bool {
+        chi_squared_tail(best.chi2, self.degrees(best)) < SIGNIFICANCE
+    }
+
+    /// The result at the most likely squares.
+    fn found(&self, best: &Solution) -> Option<Found> {
+        let misfit = best.chi2 / self.degrees(best);
+        let unexplained = self.is_unexplained(best);
+        let grow = if unexplained { misfit.max(1.0) } else { 1.0 };
+        let needed = (PENALTY + (self.points.len() as f64).ln()) * grow;
+        let mut best = *best;
+        let mut without = self.each_without(&best);
+        // A restricted maximum can be better than the first, which was a local one. Then other processes are present, and their absence is tested.
+        for _ in 0..RESTARTS {
+            let better = without.iter().flatten().min_by(|a, b| a.minus_2_ln.total_cmp(&b.minus_2_ln));
+            let Some(better) = better.filter(|better| better.minus_2_ln < best.minus_2_ln) else { break };
+            best = *better;
+            without = self.each_without(&best);
+        }
+        let is_shown =
+            |p: usize| best.squares[p] > 0.0 && without[p].as_ref().is_none_or(|found| found.minus_2_ln - best.minus_2_ln > needed);
+        let intervals = std::array::from_fn(|p| {
+            is_shown(p).then(|| {
+                let [within_68, within_95] = PROBABILITIES.map(|probability| {
+                    let limit = grow * chi_squared_quantile(probability, 1.0);
+                    [self.lower(&best, p, limit), self.upper(&best, p, limit)]
+                });
+                Intervals { within_68, within_95 }
+            })
+        });
+        // One-sided 95 %: the two-sided 90 %.
+        let below = std::array::from_fn(|p| self.upper(&best, p, grow * chi_squared_quantile(0.9, 1.0)));
+        let fast = self.maximum(SLOW_SQUARES, self.white());
+        let slow_noise = fast.is_none_or(|found| found.minus_2_ln - best.minus_2_ln > needed);
+        Some(Found { squares: best.squares, intervals, below, first: self.first, misfit, unexplained, slow_noise })
+    }
+
+    /// The maxima without each of the processes that are present.
+    fn each_without(&self, best: &Solution) -> [Option<Solution>; 5] {
+        std::array::from_fn(|p| if best.squares[p] > 0.0 { self.maximum(1 << p, with(best.squares, p, 0.0)) } else { None })
+    }
+
+    /// Excess of the profile −2 ln L at a held square.
+    fn excess(&self, best: &Solution, p: usize, value: f64, start: &mut Squares) -> f64 {
+        match self.maximum(1 << p, with(*start, p, value)) {
+            Some(found) => {
+                *start = found.squares;
+                found.minus_2_ln - best.minus_2_ln
+            }
+            None => f64::INFINITY,
+        }
+    }
+
+    fn lower(&self, best: &Solution, p: usize, limit: f64) -> f64 {
+        let mut start = best.squares;
+        let (mut low, mut high) = (0.0, best.squares[p]);
+        if self.excess(best, p, low, &mut start) < limit {
+            return 0.0;
+        }
+        start = best.squares;
+        // Logarithmic once the lower end is above zero.
+        for _ in 0..BISECTIONS {
+            let middle = if low > 0.0 { (low * high).sqrt() } else { 0.5 * (low + high) };
+            if self.excess(best, p, middle, &mut start) < limit { high = middle } else { low = middle }
+        }
+        low
+    }
+
+    fn upper(&self, best: &Solution, p: usize, limit: f64) -> f64 {
+        let mut start = best.squares;
+        // From zero: the square that alone makes the variance at the point where it contributes most.
+        let alone = self.points.iter().map(|point| point.variance / parts(point.factor)[p]).fold(f64::INFINITY, f64::min);
+        let mut low = best.squares[p];
+        let mut high = if low > 0.0 { low * EXPANSION } else { 0.1 * alone };
+        let mut steps = 0;
+        while self.excess(best, p, high, &mut start) < limit {
+            (low, high) = (high, high * EXPANSION);
+            steps += 1;
+            if steps > EXPANSIONS {
+                return f64::INFINITY;
+            }
+        }
+        start = best.squares;
+        for _ in 0..BISECTIONS {
+            let middle = if low > 0.0 { (low * high).sqrt() } else { 0.5 * (low + high) };
+            if self.excess(best, p, middle, &mut start) < limit { low = middle } else { high = middle }
+        }
+        high
+    }
+}
+
+/// The squares with another value of one.
+fn with(mut squares: Squares, p: usize, value: f64) -> Squares {
+    squares[p] = value;
+    squares
+}
+
+/// χ² and solution of one subset of the columns; `None` if the points do not determine it.
+fn least_squares(columns: &DMatrix<f64>, right: &DVector<f64>, set: u32) -> Option<(f64, Squares)> {
+    let chosen: Vec<usize> = (0..5).filter(|p| set & 1 << p != 0).collect();
+    // Columns are normalised: their norms differ by many orders of magnitude.
+    let sizes: Vec<f64> = chosen.iter().map(|p| columns.column(*p).norm()).collect();
+    let design = DMatrix::from_fn(right.len(), chosen.len(), |i, k| columns[(i, chosen[k])] / sizes[k]);
+    let normal = Cholesky::new(design.tr_mul(&design))?;
+    let solution = normal.solve(&design.tr_mul(right));
+    let chi2 = (right - &design * &solution).norm_squared();
+    let mut squares = [0.0; 5];
+    for (k, p) in chosen.iter().enumerate() {
+        squares[*p] = solution[k] / sizes[k];
+    }
+    (chi2.is_finite() && squares.iter().all(|s| s.is_finite())).then_some((chi2, squares))
 }
 
 /// Cholesky factor of a covariance matrix; its diagonal is increased until it is positive definite.

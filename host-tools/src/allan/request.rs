@@ -3,18 +3,22 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use super::answer::{Answer, Coefficient, Interpretation, Lowest, NotShown, Note, Point};
+use super::answer::{Answer, Coefficient, Interpretation, LevelStep, Lowest, NotShown, Note, Point, SLOW};
 use super::confidence::{Covariance, Squares, expected, interval, parts};
 use super::deviation::{Series, Variance};
+use super::disturbances::{Disturbances, MAX_STEPS, Rows, disturbances, without_steps};
 use super::error::Still;
 use super::noise::{self, MIN_POINTS};
 use super::time_stamps::{Steps, Timing};
 use super::units::Unit;
 use super::{AllanError, FLOOR, MAX_RELATIVE_TAU};
 use crate::log::{OneColumn, times};
+use crate::statistics::uncertainty::{Estimate, Uncertainty};
 
 /// Minimum number of rows for one deviation.
 const MIN_ROWS: usize = 3;
+/// Time constants after which a transient has decayed to a twentieth.
+const TRANSIENT_TIME_CONSTANTS: f64 = 3.0;
 /// Averaging factors per octave of [`Taus::Fine`].
 const FINE_FACTORS_PER_OCTAVE: f64 = 8.0;
 
@@ -67,19 +71,24 @@ impl Request {
             return Err(still(Still::Constant(column.values[0])));
         }
         let mut notes: Vec<Note> = column.warnings.into_iter().map(Note::Log).collect();
-        notes.extend(timing.notes.into_iter().map(Note::Timing));
+        notes.extend(timing.notes.iter().copied().map(Note::Timing));
+        let raw = Rows::new(&column.values, interpretation);
+        let disturbances = disturbances(raw, &timing.segments);
+        let segments = without_steps(&timing.segments, &disturbances.steps);
+        let disturbances = Reported::new(&disturbances, &timing, interpretation);
+        notes.extend(disturbances.notes());
         let series = match interpretation {
-            Interpretation::Value => Series::of_rates(column.values, &timing.segments),
+            Interpretation::Value => Series::of_rates(column.values, &segments),
             Interpretation::Integral => {
                 unit = unit.per_second();
-                Series::of_angles(column.values, &timing.segments, timing.interval_s)
+                Series::of_angles(column.values, &segments, timing.interval_s)
             }
         };
         // A segment has one more angle than rates.
         let more = usize::from(interpretation == Interpretation::Value);
-        let lengths = lengths(&timing.segments, more);
+        let lengths = lengths(&segments, more);
         if series.largest_factor() == 0 {
-            let rows = timing.segments.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
+            let rows = segments.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
             return Err(AllanError::Gaps { log: name, rows });
         }
         let shown = factors(self.taus, series.largest_factor());
@@ -107,7 +116,8 @@ impl Request {
             interpretation,
             rows,
             interval_s: timing.interval_s,
-            segments: timing.segments.len(),
+            elapsed_s: timing.elapsed_s,
+            segments: segments.len(),
             missing: timing.missing,
             bursts: timing.bursts,
             quantum,
@@ -119,7 +129,7 @@ impl Request {
             notes,
         };
         match found {
-            Some(found) => answer.set_coefficients(&found, read[found.first].factor, up_to),
+            Some(found) => answer.set_coefficients(&found, read[found.first].factor, up_to, disturbances.hides_slow_noise()),
             None => {
                 answer.set_no_coefficients(if read.len() < MIN_POINTS { NotShown::TooFewRows { rows } } else { NotShown::ZeroVariance })
             }
@@ -196,32 +206,83 @@ fn lowest(points: &[Point], up_to: usize) -> Option<Lowest> {
         tau_s: point.tau_s,
         oadev: point.oadev,
         over_floor: point.oadev / FLOOR,
-        sigma: (point.within_68[1] - point.within_68[0]) / 2.0 / FLOOR,
+        uncertainty: {
+            let u = (point.within_68[1] - point.within_68[0]) / 2.0 / FLOOR;
+            let expanded = (point.within_95[1] - point.oadev).max(point.oadev - point.within_95[0]) / FLOOR;
+            Uncertainty { u, dof: point.degrees, k: expanded / u }
+        },
         inside: place > 0 && place + 1 < read.count(),
     })
 }
 
+/// Steps and transient in seconds and in the unit of the answer.
+struct Reported {
+    steps: Vec<LevelStep>,
+    transient: Option<Note>,
+}
+
+impl Reported {
+    fn new(found: &Disturbances, timing: &Timing, interpretation: Interpretation) -> Self {
+        // An angle's steps are changes of its increment per row.
+        let unit = match interpretation {
+            Interpretation::Value => 1.0,
+            Interpretation::Integral => 1.0 / timing.interval_s,
+        };
+        let time_s = |row: f64| timing.first_s + row * timing.elapsed_s;
+        Self {
+            steps: found.steps.iter().map(|step| LevelStep { t_s: time_s(step.row as f64), size: step.size * unit }).collect(),
+            transient: found.transient.map(|found| Note::Transient {
+                time_constant_s: found.rows * timing.elapsed_s,
+                size: found.size * unit,
+                from_s: time_s(TRANSIENT_TIME_CONSTANTS * found.rows),
+            }),
+        }
+    }
+
+    fn notes(&self) -> Vec<Note> {
+        let steps = (!self.steps.is_empty()).then(|| Note::Steps(self.steps.clone()));
+        steps.into_iter().chain(self.transient.clone()).collect()
+    }
+
+    /// Why B, K and R are not given.
+    fn hides_slow_noise(&self) -> Option<NotShown> {
+        if self.steps.len() >= MAX_STEPS { Some(NotShown::ManySteps) } else { self.transient.as_ref().map(|_| NotShown::Transient) }
+    }
+}
+
 impl Answer {
-    /// Sets the coefficients, converted from rows to seconds.
-    fn set_coefficients(&mut self, found: &noise::Found, first: usize, up_to: usize) {
-        let tau0 = self.interval_s;
-        // Factors of the coefficients, not of their squares.
-        let seconds = [tau0, tau0.sqrt(), 1.0, 1.0 / tau0.sqrt(), 1.0 / tau0];
+    /// Sets the coefficients, converted from rows to seconds; `hidden`: why those of slow noise are not given.
+    fn set_coefficients(&mut self, found: &noise::Found, first: usize, up_to: usize, hidden: Option<NotShown>) {
+        let (tau0, elapsed) = (self.interval_s, self.elapsed_s);
+        // Factors of the coefficients, not of their squares. White noise belongs to a row, slow noise to the elapsed time.
+        let seconds = [tau0, tau0.sqrt(), 1.0, 1.0 / elapsed.sqrt(), 1.0 / elapsed];
         self.read_s = Some([first as f64 * tau0, up_to as f64 * tau0]);
         self.misfit = Some(found.misfit);
         for (p, coefficient) in self.coefficients.iter_mut().enumerate() {
             let size = |square: f64| square.max(0.0).sqrt() * seconds[p];
-            *coefficient = match found.sigmas[p] {
-                Some(sigma) => Coefficient {
-                    value: Some(size(found.squares[p])),
-                    sigma: Some(sigma / (2.0 * found.squares[p].sqrt()) * seconds[p]),
-                    below: None,
-                    not_shown: None,
-                },
-                None => Coefficient { below: Some(size(found.below[p])).filter(|b| b.is_finite()), ..Coefficient::default() },
+            let limit = || Some(size(found.below[p])).filter(|below| below.is_finite());
+            *coefficient = match (found.intervals[p], hidden.filter(|_| SLOW.contains(&p))) {
+                (_, Some(reason)) => Coefficient { not_shown: Some(reason), ..Coefficient::default() },
+                (Some(intervals), None) => {
+                    let value = size(found.squares[p]);
+                    let ends = |range: [f64; 2]| range.map(size);
+                    let ([low, high], within_95) = (ends(intervals.within_68), ends(intervals.within_95));
+                    let u = 0.5 * (high - low);
+                    let expanded = (within_95[1] - value).max(value - within_95[0]);
+                    // A variance with ν degrees of freedom: u(√s)/√s = 1/√(2 ν).
+                    let uncertainty = Uncertainty { u, dof: 0.5 * (value / u).powi(2), k: expanded / u };
+                    let is_known = u > 0.0 && expanded.is_finite();
+                    let estimate = Estimate { value, uncertainty: is_known.then_some(uncertainty) };
+                    Coefficient { estimate: Some(estimate), within_95: is_known.then_some(within_95), below: None, not_shown: None }
+                }
+                (None, None) => Coefficient { below: limit(), ..Coefficient::default() },
             };
         }
         self.set_reasons();
+        let slow = || SLOW.iter().map(|p| &self.coefficients[*p]);
+        if found.slow_noise && hidden.is_none() && slow().all(|coefficient| coefficient.estimate.is_none()) {
+            self.notes.push(Note::SlowNoiseTogether);
+        }
         if found.unexplained {
             self.notes.push(Note::Unexplained { misfit: found.misfit });
         } else if found.first > 0 {

@@ -8,7 +8,7 @@ use super::drift_output::{Uncertainties, write_report};
 use super::drift_run::Run;
 use super::error::CliError;
 use super::import::ImportOptions;
-use super::output::{JsonOutput, ReportOutput};
+use super::output::{ReportOutput, UnitOptions};
 use crate::drift::compute::{COLUMNS, DriftSettings, measurement};
 use crate::drift::pulse_advice::advise;
 use crate::drift::{DriftError, platform};
@@ -53,6 +53,8 @@ pub(super) struct Compute {
     #[command(flatten)]
     import: ImportOptions,
     #[command(flatten)]
+    units: UnitOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -76,13 +78,18 @@ pub(super) struct Advise {
 pub(super) struct Platform {
     /// The log, with theta_rad and gyro_rad_s
     log: PathBuf,
-    /// Duration of the rotation in each direction, s
-    #[arg(long, value_name = "S", default_value_t = 5.0, allow_negative_numbers = true)]
-    pulse: f64,
+    /// Duration of the rotation in each direction, s; default: the median time between reversals
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pulse: Option<f64>,
+    /// Latitude, degrees, north positive: the Earth rate is subtracted from the bias (platform axis vertical)
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    latitude: Option<f64>,
     #[command(flatten)]
     import: ImportOptions,
     #[command(flatten)]
-    json: JsonOutput,
+    units: UnitOptions,
+    #[command(flatten)]
+    output: ReportOutput,
 }
 
 impl From<DriftError> for CliError {
@@ -115,7 +122,7 @@ impl Compute {
         };
         self.import.apply(self.logs.iter().map(PathBuf::as_path))?;
         let logs = self.logs.iter().map(|path| Log::read_also(path, &COLUMNS)).collect::<Result<Vec<_>, _>>()?;
-        write_report(&self.output, &measurement(&logs, &settings)?.evaluate()?)
+        write_report(&self.output, self.units, &measurement(&logs, &settings)?.evaluate()?)
     }
 }
 
@@ -134,12 +141,15 @@ impl Advise {
 
 impl Platform {
     fn run(self) -> Result<(), CliError> {
-        self.json.check()?;
+        self.output.check()?;
         self.import.apply([self.log.as_path()])?;
         let log = Log::read(&self.log)?;
         let name = self.log.display().to_string();
-        let result = platform::of_log(&log, self.pulse)?;
-        self.json.text(&report::platform_text(&name, &result))?;
-        self.json.json(|| report::platform_json(&name, &result))
+        let settings = platform::PlatformSettings { pulse_s: self.pulse, latitude_deg: self.latitude };
+        let result = platform::of_log(&log, settings)?;
+        let units = self.units.units.unwrap_or_default();
+        self.output.text(&report::platform_text(&name, &result, units))?;
+        self.output.html(|| report::platform_html(&name, &result, units))?;
+        self.output.json(|| report::platform_json(&name, &result, units))
     }
 }

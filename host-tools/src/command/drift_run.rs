@@ -10,14 +10,16 @@ use indicatif::ProgressBar;
 
 use super::drift_output::{Uncertainties, write_report};
 use super::error::CliError;
-use super::output::{Overwrite, ReportOutput, spinner};
+use super::output::{Overwrite, ReportOutput, UnitOptions, spinner};
 use super::stand_file::read_gyroscope;
-use crate::acquire::drift_session::{CyclePlan, DriftSessionError, DriftSessionProgress, DriftSessionRequest, measure, simulate};
+use crate::acquire::drift_session::{
+    CyclePlan, DriftSessionError, DriftSessionProgress, DriftSessionRequest, VisitOrder, measure, simulate,
+};
 use crate::acquire::link::SerialLink;
 use crate::drift::Measurement;
 use crate::drift::error::within;
 use crate::drift::inequality::check_amplitudes;
-use crate::drift::separation;
+use crate::drift::latitude::EarthRate;
 use crate::log::Format;
 
 /// Shape of the pulses.
@@ -42,6 +44,15 @@ enum SignSequence {
     Both,
 }
 
+/// Order of the visits to the positions.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum OrderOption {
+    /// All positions, then all in reverse (A B B A): a linear trend of the drift cancels
+    Abba,
+    /// Each position once
+    Once,
+}
+
 /// What turns the gyroscope between positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum TurnBy {
@@ -57,7 +68,7 @@ pub(super) struct Run {
     /// Serial port of the stand; without it the simulated stand, in virtual time
     #[arg(long, value_name = "P")]
     port: Option<PathBuf>,
-    /// Cycles in each position
+    /// Cycles in each position at each rate; in the order abba they are divided between two visits, with at least one in each
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     cycles: u32,
     /// Duration of one pulse, s; a cycle has two pulses
@@ -66,8 +77,8 @@ pub(super) struct Run {
     /// Period of the vibration or of the mains, of which the pulse is a multiple, s; 0: none
     #[arg(long, value_name = "S", default_value_t = 0.02, allow_negative_numbers = true)]
     period: f64,
-    /// Largest rate of a pulse, °/s; two rates (0.05,0.02), each with all cycles, separate an asymmetry of the torquer from the drift
-    #[arg(long, value_name = "DEG_S", default_value = "0.05", value_delimiter = ',', allow_negative_numbers = true)]
+    /// Largest rates of a pulse, °/s; two rates, each with all cycles, separate an asymmetry of the torquer from the drift
+    #[arg(long, value_name = "DEG_S", default_value = "0.05,0.02", value_delimiter = ',', allow_negative_numbers = true)]
     rate: Vec<f64>,
     /// Time with closed correction loop before each cycle, s
     #[arg(long, value_name = "S", default_value_t = 4.0, allow_negative_numbers = true)]
@@ -84,6 +95,9 @@ pub(super) struct Run {
     /// Positions in their order: degrees turned, optionally :raised and :rolled, e.g. 0,180,0:0:90
     #[arg(long, value_name = "LIST", default_value = "0,180", allow_hyphen_values = true)]
     positions: String,
+    /// Order of the visits to the positions
+    #[arg(long, value_enum, default_value_t = OrderOption::Abba)]
+    order: OrderOption,
     /// What turns the gyroscope between positions
     #[arg(long, value_enum, default_value_t = TurnBy::Hand)]
     turn: TurnBy,
@@ -103,6 +117,8 @@ pub(super) struct Run {
     overwrite: Overwrite,
     #[command(flatten)]
     uncertainties: Uncertainties,
+    #[command(flatten)]
+    units: UnitOptions,
     #[command(flatten)]
     output: ReportOutput,
 }
@@ -127,7 +143,7 @@ impl Run {
         let request = self.request()?;
         let uncertainties = self.uncertainties.setup().checked()?;
         if let Some(latitude) = self.latitude {
-            separation::earth_rad_s(latitude)?;
+            EarthRate::at(latitude, 0.0)?;
         }
         let spinner = spinner("");
         let show = |progress: DriftSessionProgress| show(&spinner, progress);
@@ -140,7 +156,6 @@ impl Run {
             None => {
                 let gyroscope = read_gyroscope(self.gyro.as_deref())?;
                 let latitude_deg = self.latitude.unwrap_or(gyroscope.site.latitude_rad.to_degrees());
-                separation::earth_rad_s(latitude_deg)?;
                 (simulate(gyroscope, self.seed, &request, show), "simulated".to_owned(), Some(latitude_deg))
             }
         };
@@ -150,7 +165,7 @@ impl Run {
             recording.log(path, &request.plan, latitude_deg)?.write(path)?;
         }
         let measurement = Measurement::of_recording(name, &recording, latitude_deg, uncertainties)?;
-        write_report(&self.output, &measurement.evaluate()?)
+        write_report(&self.output, self.units, &measurement.evaluate()?)
     }
 
     /// The checked request.
@@ -184,6 +199,10 @@ impl Run {
             plan,
             rates_rad_s: self.rate.iter().map(|rate| rate.to_radians()).collect(),
             positions,
+            order: match self.order {
+                OrderOption::Abba => VisitOrder::Abba,
+                OrderOption::Once => VisitOrder::Once,
+            },
             turn_by_drive: self.turn == TurnBy::Drive,
             keep_rows: self.out.is_some(),
         })
@@ -207,8 +226,8 @@ fn position(text: &str) -> Result<Orientation, CliError> {
 }
 
 fn show(spinner: &ProgressBar, progress: DriftSessionProgress) {
-    let DriftSessionProgress { position, positions, state } = progress;
-    spinner.set_message(format!("position {position} of {positions} {state}"));
+    let DriftSessionProgress { visit, visits, position, state } = progress;
+    spinner.set_message(format!("visit {visit} of {visits}, position {position} {state}"));
 }
 
 /// Prints the instruction to turn the gyroscope and waits for the Enter key.

@@ -31,6 +31,7 @@ mod shell;
 mod signals;
 mod sim;
 mod sim_serve;
+mod stability;
 mod stand_file;
 mod vibration;
 
@@ -85,6 +86,8 @@ enum Command {
     Drift(drift::Drift),
     /// Allan deviation of a sensor at rest: angle random walk, bias instability, other noise coefficients
     Allan(allan::Allan),
+    /// Rate stability of the platform over 1°, 10°, 360° and whole turns
+    Stability(stability::Stability),
     /// Examine logs, also those of other programs, and accept how they are read
     #[command(subcommand)]
     Log(import::LogCommand),
@@ -135,6 +138,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Record(record)) => record.run(),
         Some(Command::Drift(drift)) => drift.run(),
         Some(Command::Allan(allan)) => allan.run(),
+        Some(Command::Stability(stability)) => stability.run(),
         Some(Command::Log(log)) => log.run(),
         Some(Command::Convert(convert)) => convert.run(),
         Some(Command::Model(model)) => model.run(),

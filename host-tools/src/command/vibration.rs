@@ -9,6 +9,7 @@ use super::import::ImportOptions;
 use super::output::ReportOutput;
 use crate::log::Log;
 use crate::observer::Plant;
+use crate::observer::vibration::VibrationUncertainties;
 use crate::observer::vibration_log::{COLUMNS, CorrectedLog, VibrationLog, VibrationLogError};
 use crate::report::observer::{vibration_html, vibration_json, vibration_text};
 
@@ -43,6 +44,21 @@ pub(super) struct Compensate {
     /// Gain of the angle sensor, V/rad; default: the note angle_gain_V_rad
     #[arg(long, value_name = "V_RAD", allow_negative_numbers = true)]
     angle_gain: Option<f64>,
+    /// Standard uncertainty of the gain of the roll channel, percent
+    #[arg(long, value_name = "PERCENT", default_value_t = 1.0, allow_negative_numbers = true)]
+    gamma_gain_error: f64,
+    /// Standard uncertainty of the delay of the roll channel against the azimuth, ms
+    #[arg(long, value_name = "MS", default_value_t = 0.5, allow_negative_numbers = true)]
+    gamma_delay_error: f64,
+    /// Standard uncertainty of the rotation of the roll sensor about the vertical, mrad
+    #[arg(long, value_name = "MRAD", default_value_t = 5.0, allow_negative_numbers = true)]
+    gamma_misalignment: f64,
+    /// Standard uncertainty of the offset of the roll channel, mrad
+    #[arg(long, value_name = "MRAD", default_value_t = 1.0, allow_negative_numbers = true)]
+    gamma_offset: f64,
+    /// Relative standard uncertainty of the element's H/k and (Jx - Jz)/k, percent
+    #[arg(long, value_name = "PERCENT", default_value_t = 1.0, allow_negative_numbers = true)]
+    element_error: f64,
     #[command(flatten)]
     import: ImportOptions,
     #[command(flatten)]
@@ -62,7 +78,15 @@ impl Compensate {
         self.import.apply([self.log.as_path()])?;
         let log = Log::read_also(&self.log, &COLUMNS)?;
         let record = VibrationLog::of(&log, self.angle_gain)?;
-        let CorrectedLog { compensated, warnings } = record.corrected(&self.model, plant, self.omega, self.vibration_hz)?;
+        let uncertainties = VibrationUncertainties {
+            gamma_gain: self.gamma_gain_error / 100.0,
+            gamma_delay_s: self.gamma_delay_error * 1e-3,
+            gamma_misalignment_rad: self.gamma_misalignment * 1e-3,
+            gamma_offset_rad: self.gamma_offset * 1e-3,
+            element: self.element_error / 100.0,
+        }
+        .checked()?;
+        let CorrectedLog { compensated, warnings } = record.corrected(&self.model, plant, self.omega, self.vibration_hz, &uncertainties)?;
         self.output.text(&vibration_text(&compensated, &warnings))?;
         self.output.json(|| vibration_json(&compensated, &warnings))?;
         self.output.html(|| vibration_html(&self.log.display().to_string(), &record.measured(), &compensated, &warnings))

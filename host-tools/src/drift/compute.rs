@@ -3,6 +3,7 @@
 //! Options, or else notes of the log, give the scales: `angle_gain_V_rad` (K_k), `torquer_gain_rad_s_A` (K_m/H), `pulse_s` (T), `angle_limit_V`,
 //! `latitude_deg`. The columns or notes `turned_deg`, `raised_deg`, `rolled_deg` give the position. Several logs form one measurement.
 
+use super::clipping::clipping;
 use super::cycle::{Cycle, CycleDefect};
 use super::detection::{DetectedCycle, contrast, cycles_by_current, cycles_by_mark};
 use super::error::{DriftError, NoCycleReason, within};
@@ -81,15 +82,22 @@ pub fn measurement(logs: &[Log], settings: &DriftSettings) -> Result<Measurement
         uncertainties: settings.uncertainties.checked()?,
         warnings: Vec::new(),
     };
+    let mut offset_s = 0.0;
+    if logs.len() > 1 {
+        all.warnings.push(DriftWarning::UnknownTimesBetweenLogs);
+    }
     for log in logs {
         all.latitude_deg = number(log, settings.latitude_deg, "latitude_deg", -90.0, 90.0)?.or(all.latitude_deg);
         all.warnings.extend(log.warnings().iter().cloned().map(DriftWarning::Log));
-        add_log(log, settings, &mut all)?;
+        let t_s = log.t_s();
+        offset_s -= t_s[0];
+        add_log(log, settings, offset_s, &mut all)?;
+        offset_s += t_s[t_s.len() - 1] + log.median_dt_s();
     }
     Ok(all)
 }
 
-fn add_log(log: &Log, settings: &DriftSettings, all: &mut Measurement) -> Result<(), DriftError> {
+fn add_log(log: &Log, settings: &DriftSettings, offset_s: f64, all: &mut Measurement) -> Result<(), DriftError> {
     let name = log.path().display().to_string();
     let missing = |note, option| DriftError::Note { log: name.clone(), note, option };
     let gain = number(log, settings.angle_gain_V_rad, "angle_gain_V_rad", 1e-9, 1e12)?
@@ -124,7 +132,7 @@ fn add_log(log: &Log, settings: &DriftSettings, all: &mut Measurement) -> Result
     let pulses = |amperes: &[f64], found: &DetectedCycle| contrast(amperes, found.rows.start, samples).abs();
     let greatest = of_axes.iter().flat_map(|(_, i, found)| found.iter().map(|one| pulses(i, one))).max_or_zero();
     for (axis, (volts, amperes, found)) in of_axes.iter().enumerate() {
-        let axis_data = AxisData { log, pulse_s, samples, gain, torquer, limit_V, axis };
+        let axis_data = AxisData { log, pulse_s, samples, gain, torquer, limit_V, axis, offset_s };
         // The mark is common to all axes, but each axis need not have a pulse.
         for one in found.iter().filter(|one| !all.has_three_axes || pulses(amperes, one) > MIN_PULSE_RATIO * greatest) {
             let number = all.cycles.len() as u32 + 1;
@@ -149,6 +157,8 @@ struct AxisData<'a> {
     torquer: Option<f64>,
     limit_V: Option<f64>,
     axis: usize,
+    /// Time of the log's zero since the start of the session, s.
+    offset_s: f64,
 }
 
 impl AxisData<'_> {
@@ -158,18 +168,22 @@ impl AxisData<'_> {
         let integral = Integral::of(&angles, self.pulse_s);
         let empty = Integral { pulse_s: self.pulse_s, switched_rad_s: 0.0, sum_rad_s: 0.0, slope_rad_s: 0.0, span_rad: 0.0 };
         let currents = &amperes[rows.start..(rows.start + 2 * self.samples).min(amperes.len())];
-        let residual_rad_s = self.torquer.filter(|_| currents.len() == 2 * self.samples).map(|torquer| {
-            let zero_A = self.zero_current_A(rows.start, amperes, currents);
-            residual_rad_s(&currents.iter().map(|i| (i - zero_A) * torquer).collect::<Vec<_>>())
-        });
+        let zero_A = self.zero_current_A(rows.start, amperes, currents);
+        let true_A: Vec<f64> = currents.iter().map(|i| i - zero_A).collect();
+        let residual_rad_s = self
+            .torquer
+            .filter(|_| currents.len() == 2 * self.samples)
+            .map(|torquer| residual_rad_s(&true_A.iter().map(|i| i * torquer).collect::<Vec<_>>()));
+        let defect =
+            self.defect(found, volts, currents).or_else(|| clipping(&angles, &true_A, self.pulse_s, self.torquer).map(CycleDefect::from));
         let t_s = self.log.t_s();
         Ok(Cycle {
             number,
             position: self.position(rows.start)?,
             axis: self.axis,
             sign: found.sign,
-            start_s: t_s[rows.start],
-            defect: self.defect(found, volts, currents),
+            start_s: self.offset_s + t_s[rows.start],
+            defect,
             integral: integral.unwrap_or(empty),
             amplitude_rad_s: if found.is_cut { 0.0 } else { amplitude_rad_s(&angles, self.pulse_s) },
             residual_rad_s,

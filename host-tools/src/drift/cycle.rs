@@ -1,6 +1,7 @@
 //! One cycle of the measurement: two pulses of opposite sign in one position of the gyroscope.
 
-use super::integral::Integral;
+use super::clipping::{Clipping, clipping};
+use super::integral::{Integral, amplitude_rad_s};
 use crate::acquire::drift_session::{GyroscopeScales, ReportedCycle};
 use hal_sim::gyro::Orientation;
 use std::f64::consts::TAU;
@@ -9,7 +10,7 @@ use std::f64::consts::TAU;
 const POSITION_TOLERANCE_RAD: f64 = 1e-5;
 
 /// Why a cycle is not used.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum CycleDefect {
     /// The cycle ended early.
     CutShort,
@@ -17,6 +18,13 @@ pub enum CycleDefect {
     SampleLost,
     /// The angle sensor reached the end of its range.
     SensorSaturated,
+    /// The angle is flat near an end of its range.
+    FlatTop,
+    /// The swing of the angle differs from that by the current.
+    Reference {
+        /// Measured over expected swing.
+        ratio: f64,
+    },
     /// The currents of the two pulses differ in size.
     CurrentLimited,
     /// The firmware rejected the cycle, with this text.
@@ -34,11 +42,11 @@ pub struct Cycle {
     pub axis: usize,
     /// Sign of the first pulse.
     pub sign: i8,
-    /// Begin, s.
+    /// Begin since the start of the session, s.
     pub start_s: f64,
     /// Sums over the cycle.
     pub integral: Integral,
-    /// Magnitude of the pulses, rad/s: the setpoint, or by the angles that of a rectangular pulse with the same rotation.
+    /// Magnitude of the pulses, rad/s: by the angles that of a rectangular pulse with the same rotation.
     pub amplitude_rad_s: f64,
     /// Inequality of the pulses by the measured current, rad/s; `None` where the current or K_m/H is not known.
     pub residual_rad_s: Option<f64>,
@@ -46,10 +54,26 @@ pub struct Cycle {
     pub defect: Option<CycleDefect>,
 }
 
+impl From<Clipping> for CycleDefect {
+    fn from(clipping: Clipping) -> Self {
+        match clipping {
+            Clipping::FlatTop => Self::FlatTop,
+            Clipping::Reference { ratio } => Self::Reference { ratio },
+        }
+    }
+}
+
 impl Cycle {
     /// The cycle that the firmware reports.
     pub fn of_report(report: &ReportedCycle, scales: &GyroscopeScales) -> Self {
         let pulse_s = report.pulse_s();
+        let angles_rad: Vec<f64> = report.trace.angle_V.iter().map(|volts| volts / scales.angle_gain_V_rad).collect();
+        // By the angles: the converter of the torquer rounds the setpoint, and small pulses relatively more than large ones.
+        let amplitude_rad_s = match (angles_rad.is_empty(), pulse_s > 0.0) {
+            (false, true) => amplitude_rad_s(&angles_rad, pulse_s),
+            (true, true) => report.span_rad(scales) / pulse_s,
+            _ => report.rate_rad_s,
+        };
         Self {
             number: report.number,
             position: report.position,
@@ -63,20 +87,17 @@ impl Cycle {
                 slope_rad_s: report.slope_rad_s(scales),
                 span_rad: report.span_rad(scales),
             },
-            amplitude_rad_s: report.rate_rad_s,
+            amplitude_rad_s,
             residual_rad_s: Some(report.drift_rad_s - report.corrected_rad_s),
-            defect: report.rejection.clone().map(CycleDefect::Firmware),
+            defect: report.rejection.clone().map(CycleDefect::Firmware).or_else(|| {
+                clipping(&angles_rad, &report.trace.current_A, pulse_s, Some(scales.torquer_gain_rad_s_A)).map(CycleDefect::from)
+            }),
         }
     }
 
     /// Drift rate, corrected by the inequality of the current, rad/s.
     pub fn rate_rad_s(&self) -> f64 {
         self.integral.drift_rad_s() - self.residual_rad_s.unwrap_or(0.0)
-    }
-
-    /// Sequence of the signs: 0 for + −, 1 for − +.
-    pub fn sequence(&self) -> usize {
-        usize::from(self.sign < 0)
     }
 }
 
@@ -91,6 +112,7 @@ pub fn is_same_position(a: &Orientation, b: &Orientation) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::acquire::drift_session::CycleTrace;
 
     #[test]
     fn reported_cycle_has_the_rates_of_the_report() {
@@ -108,6 +130,7 @@ mod tests {
             drift_rad_s: 1.5e-6,
             corrected_rad_s: 1.25e-6,
             rejection: Some("emergency stop".to_owned()),
+            trace: CycleTrace::default(),
         };
         let cycle = Cycle::of_report(&report, &scales);
         assert!((cycle.integral.drift_rad_s() - 1.5e-6).abs() < 1e-15 && (cycle.rate_rad_s() - 1.25e-6).abs() < 1e-15);

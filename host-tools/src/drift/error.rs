@@ -27,9 +27,22 @@ pub enum DriftError {
         /// Smallest ratio of two amplitudes.
         min_ratio: f64,
     },
-    /// The azimuth is undefined at the poles.
-    #[error("--latitude {0}: at a pole the Earth's rotation has no horizontal component, so the azimuth is undefined")]
-    Pole(f64),
+    /// The measured horizontal rate disagrees with the latitude.
+    #[error(
+        "the measured horizontal Earth rate, {measured_deg_h:.4} ± {expanded_deg_h:.4} °/h, disagrees with the {expected_deg_h:.4} °/h of --latitude \
+         {latitude_deg}: check the latitude, the angles of the positions and the gain of the angle sensor (--latitude-error, --gain-error, --level-error \
+         state what is not known exactly)"
+    )]
+    LatitudeDisagrees {
+        /// Latitude given, degrees.
+        latitude_deg: f64,
+        /// Horizontal Earth rate by the latitude, °/h.
+        expected_deg_h: f64,
+        /// Measured horizontal Earth rate, °/h.
+        measured_deg_h: f64,
+        /// Its expanded uncertainty, °/h.
+        expanded_deg_h: f64,
+    },
     /// A column is missing.
     #[error("{log}: no column `{column}`; the drift needs the voltage of the angle sensor and the current of the torquer")]
     Column {

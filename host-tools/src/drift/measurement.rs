@@ -2,25 +2,74 @@
 
 use super::cycle::{Cycle, is_same_position};
 use super::error::{DriftError, within};
-use super::estimate::Estimate;
-use super::inequality::PulseInequality;
 use super::positions::PositionFit;
 use crate::acquire::drift_session::DriftRecording;
 use crate::log::LogWarning;
+use crate::statistics::uncertainty::Estimate;
 use hal_sim::gyro::Orientation;
 use std::f64::consts::TAU;
 
 /// A remark on the input.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum DriftWarning {
     /// K_m/H is not known, so the current corrects nothing.
     NoTorquerGain,
+    /// The times between several logs are not known.
+    UnknownTimesBetweenLogs,
     /// A warning of the log reader.
     Log(LogWarning),
+    /// At a pole the azimuth is undefined.
+    Pole,
+    /// The drift has a linear trend.
+    Trend {
+        /// Axis of three.
+        axis: Option<usize>,
+        /// Trend, rad/s².
+        rad_s2: Estimate,
+    },
+    /// The drift moves as a random walk.
+    Walk {
+        /// Axis of three.
+        axis: Option<usize>,
+        /// K, rad/s/√s.
+        walk_rad_s_sqrt_s: f64,
+    },
+    /// Visits of one position differ by more than the scatter of their cycles.
+    Visits {
+        /// Axis of three.
+        axis: Option<usize>,
+        /// Standard deviation of a visit, rad/s.
+        sigma_rad_s: f64,
+    },
+    /// Pulses of one amplitude do not show an asymmetry of the torquer; its bound is in the budget.
+    OneAmplitude {
+        /// Bound, relative.
+        asymmetry_bound: f64,
+    },
+    /// Parts of the setup whose uncertainty is taken as zero.
+    TakenAsExact(Vec<SetupPart>),
 }
 
+/// Part of the setup with an uncertainty that the user states.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SetupPart {
+    /// The turn between positions.
+    Turn,
+    /// The level.
+    Level,
+    /// The gain of the angle sensor.
+    AngleGain,
+}
+
+/// Bound of an asymmetry of the torquer that is not stated, relative: 1 %.
+pub const DEFAULT_TORQUER_ASYMMETRY: f64 = 0.01;
+/// Relative standard uncertainty of K_m/H that is not stated: 1 %.
+pub const DEFAULT_TORQUER_GAIN_ERROR: f64 = 0.01;
+/// Standard uncertainty of a latitude that is not stated, rad: 0.01°, 1 km.
+pub const DEFAULT_LATITUDE_ERROR_RAD: f64 = 0.01 * std::f64::consts::PI / 180.0;
+
 /// Standard uncertainties of the setup, from 0 to 1.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SetupUncertainties {
     /// Of the turn between positions, rad.
     pub turn_error_rad: f64,
@@ -28,6 +77,25 @@ pub struct SetupUncertainties {
     pub level_error_rad: f64,
     /// Of the angle sensor's gain K_k, relative.
     pub gain_error: f64,
+    /// Of the torquer's gain K_m/H in the correction by the current, relative.
+    pub torquer_gain_error: f64,
+    /// Of the latitude, rad.
+    pub latitude_error_rad: f64,
+    /// Bound (half-width) of the relative asymmetry of the torquer, which pulses of one amplitude do not show.
+    pub torquer_asymmetry: f64,
+}
+
+impl Default for SetupUncertainties {
+    fn default() -> Self {
+        Self {
+            turn_error_rad: 0.0,
+            level_error_rad: 0.0,
+            gain_error: 0.0,
+            torquer_gain_error: DEFAULT_TORQUER_GAIN_ERROR,
+            latitude_error_rad: DEFAULT_LATITUDE_ERROR_RAD,
+            torquer_asymmetry: DEFAULT_TORQUER_ASYMMETRY,
+        }
+    }
 }
 
 impl SetupUncertainties {
@@ -39,7 +107,17 @@ impl SetupUncertainties {
         within("--turn-error", self.turn_error_rad, 0.0, 1.0)?;
         within("--level-error", self.level_error_rad, 0.0, 1.0)?;
         within("--gain-error", self.gain_error, 0.0, 1.0)?;
+        within("--torquer-gain-error", self.torquer_gain_error, 0.0, 1.0)?;
+        within("--latitude-error", self.latitude_error_rad, 0.0, 1.0)?;
+        within("--torquer-asymmetry", self.torquer_asymmetry, 0.0, 1.0)?;
         Ok(self)
+    }
+
+    /// The parts whose uncertainty is zero.
+    pub fn taken_as_exact(&self) -> Vec<SetupPart> {
+        let parts =
+            [(SetupPart::Turn, self.turn_error_rad), (SetupPart::Level, self.level_error_rad), (SetupPart::AngleGain, self.gain_error)];
+        parts.into_iter().filter(|(_, u)| *u == 0.0).map(|(part, _)| part).collect()
     }
 }
 
@@ -109,8 +187,25 @@ pub struct SeparatedDrift {
     pub azimuth_rad: Option<Estimate>,
     /// Fit over the positions of a single-axis gyroscope.
     pub position_fit: Option<PositionFit>,
-    /// Inequality of the pulses for each axis; empty for pulses of one amplitude.
-    pub inequality: Vec<PulseInequality>,
+    /// Relative excess ε of a negative pulse for each axis; empty for pulses of one amplitude.
+    pub inequality: Vec<Estimate>,
+    /// Movement of the drift during the session, for each axis.
+    pub movement: Vec<Movement>,
+}
+
+/// Movement of the drift during a session.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Movement {
+    /// Linear trend, rad/s², where the cycles determine it.
+    pub trend: Option<Estimate>,
+    /// The trend is significant at the 1 % level.
+    pub has_trend: bool,
+    /// Random walk K, rad/s/√s, where it is significant at the 1 % level.
+    pub walk_rad_s_sqrt_s: Option<f64>,
+    /// log₁₀ of the probability that the scatter of the cycles explains the differences between visits of one position.
+    pub log10_p_visits: Option<f64>,
+    /// Standard deviation of a visit beyond the scatter of its cycles, rad/s.
+    pub visit_sigma_rad_s: Option<f64>,
 }
 
 impl SeparatedDrift {

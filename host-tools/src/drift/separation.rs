@@ -1,25 +1,7 @@
 //! Own and apparent drift from two positions 180° apart (docs/theory.md §3): one axis by formulas (15) and (16), three axes with the correction for the
 //! rotation of the platform during a cycle.
 
-use super::error::DriftError;
 use hal_sim::gyro::attitude::{Vector, cross, each};
-use hal_sim::gyro::earth::EARTH_RAD_S;
-
-/// Latitude from which a site counts as a pole: the error of the azimuth is 200 times that of the equator.
-const MAX_LATITUDE_DEG: f64 = 89.7;
-
-/// Horizontal and vertical component of the Earth rate at a latitude, rad/s.
-///
-/// # Errors
-/// A latitude out of range, or a pole.
-pub fn earth_rad_s(latitude_deg: f64) -> Result<(f64, f64), DriftError> {
-    super::error::within("--latitude", latitude_deg, -90.0, 90.0)?;
-    if latitude_deg.abs() > MAX_LATITUDE_DEG {
-        return Err(DriftError::Pole(latitude_deg));
-    }
-    let (sin, cos) = latitude_deg.to_radians().sin_cos();
-    Ok((EARTH_RAD_S * cos, EARTH_RAD_S * sin))
-}
 
 /// Formulas (15) and (16): own and apparent drift by the rates in both positions, rad/s.
 pub fn single(first_rad_s: f64, turned_rad_s: f64) -> (f64, f64) {

@@ -62,6 +62,20 @@ pub enum ObserverError {
         /// Upper end of the stable range.
         most: f64,
     },
+    /// An unstable closed loop.
+    #[error(
+        "the closed loop with the regulator gains {angle} N m/rad and {rate} N m s/rad is unstable: pole at {re:+.4} ± {im:.4}i 1/s; there is no steady state"
+    )]
+    UnstableLoop {
+        /// Real part of the pole, 1/s.
+        re: f64,
+        /// Magnitude of its imaginary part, 1/s.
+        im: f64,
+        /// r₁, N m/rad.
+        angle: f64,
+        /// r₂, N m s/rad.
+        rate: f64,
+    },
     /// The discrete form is rejected.
     #[error("the discrete observer with a step of {step_s} s is rejected: {why}")]
     Step {

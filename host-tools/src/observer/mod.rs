@@ -5,13 +5,16 @@
 //! under vibration ([`vibration`]). Gains are computed with 77 digits and rounded once. The firmware's own code rejects what the firmware would refuse.
 
 pub mod bode;
+mod closed_loop;
 mod design;
 mod discrete;
 mod error;
 mod exact;
+pub mod moment;
 mod plant;
 mod poles;
 mod request;
+mod response;
 pub mod serial_stand;
 pub mod side_by_side;
 mod simulate;
@@ -23,11 +26,14 @@ pub mod vibration_log;
 mod warnings;
 
 pub use bode::{Bode, Limit};
+pub use closed_loop::{Regulator, closed_loop_poles, discrete_loop_radius};
 pub use design::Design;
 pub use discrete::Discrete;
 pub use error::ObserverError;
+pub use moment::Moment;
 pub use plant::{Element, PRESETS, Plant};
 pub use poles::Poles;
 pub use request::{Integral, Kind, Request};
-pub use simulate::{Disturbance, Regulator, SideBySide, Simulated, Start, Trace};
+pub use response::RateResponse;
+pub use simulate::{ClosedTrace, Disturbance, SideBySide, Simulated, Start, Trace};
 pub use warnings::Warning;

@@ -142,6 +142,14 @@ impl Plant {
         b
     }
 
+    /// Magnitude of the slowest mode, rad/s: precession.
+    pub fn slowest_rad_s(&self) -> f64 {
+        let a = self.a();
+        let n = a.len();
+        let eigenvalues = nalgebra::DMatrix::from_fn(n, n, |i, j| a[i][j]).complex_eigenvalues();
+        eigenvalues.iter().map(|z| z.norm()).min_or_infinity()
+    }
+
     /// Magnitude of the fastest mode, rad/s: nutation.
     pub fn fastest_rad_s(&self) -> f64 {
         let a = self.a();

@@ -4,13 +4,15 @@ use std::time::{Duration, Instant};
 
 use stand_firmware::gyro_loop::observer::MAX_STATES;
 
-use super::{Design, Disturbance};
+use super::{Design, Disturbance, Element, Moment, RateResponse, discrete_loop_radius};
 use crate::acquire::link::{LinkError, SerialLink};
 
 /// Interval of the stand's rows, which is the step of its observer, s.
 pub const ROW_INTERVAL_S: f64 = 1e-3;
 /// Longest time that the stand checks the poles.
 const CHECK_TIMEOUT: Duration = Duration::from_secs(3);
+/// Shortest window of the vibration correction, a whole number of periods, s.
+const MIN_VIBRATION_WINDOW_S: f64 = 5.0;
 /// Interval between queries of the observer's phase.
 const QUERY_INTERVAL: Duration = Duration::from_millis(50);
 
@@ -46,6 +48,15 @@ pub enum TransferError {
         gains: usize,
         /// States of the element.
         states: usize,
+    },
+    /// The regulator makes the closed loop unstable.
+    #[error(
+        "--regulator: the closed loop at the stand's step has a pole of magnitude {radius:.6}, on or outside the unit circle: feedback would be unstable; nothing \
+         was sent"
+    )]
+    UnstableLoop {
+        /// Magnitude of the largest pole per step.
+        radius: f64,
     },
     /// The torquer's constant is not positive.
     #[error("--torquer {0}: must be above 0 N m/A")]
@@ -95,7 +106,10 @@ pub fn check(design: &Design, request: &TransferRequest) -> Result<(), TransferE
 }
 
 /// Commands that set the observer and switch it on.
-fn commands(design: &Design, request: &TransferRequest) -> Result<Vec<String>, TransferError> {
+///
+/// # Errors
+/// As [`check`].
+pub fn commands(design: &Design, request: &TransferRequest) -> Result<Vec<String>, TransferError> {
     let discrete = design.discrete.as_ref().ok_or(TransferError::NotDiscrete)?;
     if (discrete.step_s - ROW_INTERVAL_S).abs() > 1e-12 {
         return Err(TransferError::Step(discrete.step_s));
@@ -111,6 +125,12 @@ fn commands(design: &Design, request: &TransferRequest) -> Result<Vec<String>, T
     if !(request.torquer_N_m_A.is_finite() && request.torquer_N_m_A > 0.0) {
         return Err(TransferError::Torquer(request.torquer_N_m_A));
     }
+    if request.regulator.iter().any(|gain| *gain != 0.0) {
+        let radius = discrete_loop_radius(discrete, request.regulator, plant_states);
+        if radius.is_nan() || radius >= 1.0 {
+            return Err(TransferError::UnstableLoop { radius });
+        }
+    }
     let mut regulator = request.regulator.to_vec();
     regulator.resize(states, 0.0);
     if discrete.has_disturbance {
@@ -118,7 +138,7 @@ fn commands(design: &Design, request: &TransferRequest) -> Result<Vec<String>, T
     }
     let list = |numbers: &[f64]| numbers.iter().map(|number| format!("{number:e}")).collect::<Vec<_>>().join(",");
     // Settling time of an initial error to 1 %, at least half a second.
-    let run = design.simulate(Disturbance { angle_rad: 1e-3, moment_N_m: 0.0 }, 5.0, 5e-3);
+    let run = design.simulate(Disturbance { angle_rad: 1e-3, moment: Moment::default() }, 5.0, 5e-3);
     let settle_s = run.settled_s.unwrap_or(5.0).max(0.5);
     let mut commands = vec![format!("OBServer:NEW {states},{}", if discrete.has_disturbance { "ON" } else { "OFF" })];
     commands.extend(discrete.phi.iter().enumerate().map(|(row, numbers)| format!("OBServer:PHI {},{}", row + 1, list(numbers))));
@@ -127,6 +147,15 @@ fn commands(design: &Design, request: &TransferRequest) -> Result<Vec<String>, T
     commands.push(format!("OBServer:REGulator {}", list(&regulator)));
     commands.push(format!("OBServer:TORQuer {:e}", request.torquer_N_m_A));
     commands.push(format!("OBServer:SETTle {settle_s:e}"));
+    if let (Element::Four(element), Some(vibration_Hz)) = (design.request.plant.element, design.request.vibration_Hz) {
+        let stiffness = element.azimuth_stiffness_N_m_rad();
+        let window_s = (MIN_VIBRATION_WINDOW_S * vibration_Hz).ceil() / vibration_Hz;
+        let gains = [window_s, element.rotor_N_m_s / stiffness, (element.inertia_x_kg_m2 - element.inertia_z_kg_m2) / stiffness];
+        commands.push(format!("OBServer:VIBRation {}", list(&gains)));
+        if let Some(response) = RateResponse::new(discrete, &element, vibration_Hz) {
+            commands.push(format!("OBServer:RESPonse {}", list(&response.console_numbers())));
+        }
+    }
     commands.push("OBServer:STATe ON".to_owned());
     Ok(commands)
 }

@@ -3,10 +3,14 @@
 //! Errors follow e′ = (A − K C) e − e_r κ z + B M, z′ = C e, independent of the motion of the plant. The matrix exponential of one step is computed with
 //! 77 digits and rounded, so that values after thousands of steps are accurate to nine digits.
 
+use super::ObserverError;
+use super::closed_loop::{Regulator, closed_loop_poles, has_steady_state};
 use super::design::Design;
 use super::discrete::held;
 use super::exact::Matrix;
+use super::moment::Moment;
 use crate::statistics::Extremes;
+use nalgebra::Complex;
 
 /// Errors over time.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +21,8 @@ pub struct Trace {
     pub errors: Vec<Vec<f64>>,
     /// Estimated moment, N m; 0 for a static observer.
     pub moment_N_m: Vec<f64>,
+    /// Applied moment, N m.
+    pub applied_N_m: Vec<f64>,
 }
 
 /// Initial error and disturbance of a simulation.
@@ -24,17 +30,8 @@ pub struct Trace {
 pub struct Disturbance {
     /// Initial error of the estimated angle, rad.
     pub angle_rad: f64,
-    /// Constant moment from t = 0, N m.
-    pub moment_N_m: f64,
-}
-
-/// A regulator M_K = −r₁ α̂ − r₂ α̂′, with − M̂ if the moment is fed forward.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Regulator {
-    /// r₁, N m/rad.
-    pub angle_N_m_rad: f64,
-    /// r₂, N m s/rad.
-    pub rate_N_m_s_rad: f64,
+    /// Moment from t = 0.
+    pub moment: Moment,
 }
 
 /// Start of a closed-loop simulation.
@@ -42,8 +39,8 @@ pub struct Regulator {
 pub struct Start {
     /// Initial angle, rad; the observer starts at this angle.
     pub angle_rad: f64,
-    /// Constant moment from t = 0, N m.
-    pub moment_N_m: f64,
+    /// Moment from t = 0.
+    pub moment: Moment,
     /// Time at which the loop is closed, s.
     pub closed_from_s: f64,
 }
@@ -61,12 +58,29 @@ pub struct Simulated {
     pub rate_settled_s: Option<f64>,
     /// Largest angle error, rad, and rate error, rad/s.
     pub largest: [f64; 2],
-    /// Steady-state errors under the moment.
+    /// Errors at the end of the simulation, with the initial error and the moment.
+    pub at_end: Vec<f64>,
+    /// Rms angle error, rad, and rate error, rad/s, over the second half of the simulation.
+    pub rms_second_half: [f64; 2],
+    /// Steady-state errors under the constant part of the moment, for t → ∞.
     pub steady: Vec<f64>,
-    /// Closed loop: times, s, and angles, rad.
-    pub closed: Option<(Vec<f64>, Vec<f64>)>,
-    /// Steady angle of the closed loop, rad.
-    pub closed_loop_steady_rad: Option<f64>,
+    /// Closed loop.
+    pub closed: Option<ClosedTrace>,
+}
+
+/// A closed loop over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClosedTrace {
+    /// Times, s.
+    pub t_s: Vec<f64>,
+    /// Angles, rad.
+    pub angle_rad: Vec<f64>,
+    /// Time at which the loop is closed, s.
+    pub closed_from_s: f64,
+    /// Poles of element and regulator, slowest first, 1/s.
+    pub poles: Vec<Complex<f64>>,
+    /// Steady angle for t → ∞ under the constant moment, rad; `None` if the loop is not damped.
+    pub steady_rad: Option<f64>,
 }
 
 /// A static and an astatic observer of one element under the same disturbance.
@@ -99,29 +113,36 @@ impl Design {
             None => Some(0.0),
             Some(k) => both.t_s.get(k + 1).copied(),
         };
+        let half = both.errors.len() / 2;
+        let rms = |k: usize| {
+            let squares: f64 = both.errors[half..].iter().map(|e| e[k] * e[k]).sum();
+            (squares / (both.errors.len() - half) as f64).sqrt()
+        };
         Simulated {
+            at_end: both.errors.last().cloned().unwrap_or_default(),
+            rms_second_half: [rms(0), rms(1)],
             settled_s: settled(&angle, 0.01 * disturbed.angle_rad.abs()),
             rate_settled_s: settled(&rate, 0.01 * largest[1]),
             largest,
-            steady: self.steady_errors(disturbed.moment_N_m),
+            steady: self.steady_errors(disturbed.moment.constant_N_m),
             both,
             moment_only,
             closed: None,
-            closed_loop_steady_rad: None,
         }
     }
 
     /// Estimation errors from the given initial error.
     pub fn errors(&self, disturbed: Disturbance, seconds: f64, step_s: f64) -> Trace {
-        let (matrix, input) = self.error_system(disturbed.moment_N_m);
+        let (matrix, input) = self.error_system(1.0);
         let n = self.gains.len();
         let mut state = vec![0.0; matrix.len()];
         state[0] = disturbed.angle_rad;
-        let rows = propagate(&matrix, &input, state, seconds, step_s);
+        let moments = disturbed.moment.series(steps(seconds, step_s) + 1, step_s);
+        let rows = propagate(&matrix, &input, state, &moments[..moments.len() - 1], step_s);
         let scale = self.integral.map_or(0.0, |channel| channel.moment_per_integral);
         let t_s = (0..rows.len()).map(|k| k as f64 * step_s).collect();
         let moment_N_m = rows.iter().map(|row| row.get(n).map_or(0.0, |z| scale * z)).collect();
-        Trace { t_s, errors: rows.into_iter().map(|mut row| (row.truncate(n), row).1).collect(), moment_N_m }
+        Trace { t_s, errors: rows.into_iter().map(|mut row| (row.truncate(n), row).1).collect(), moment_N_m, applied_N_m: moments }
     }
 
     /// Matrix of the error system, with the integral as the last state, and its input from a moment.
@@ -148,25 +169,32 @@ impl Design {
         steady
     }
 
-    /// Simulates the closed loop: times, s, angles, rad, and the steady angle, rad. An estimated moment is fed forward. The loop is closed at
-    /// `start.closed_from_s`.
-    pub fn regulate(&self, regulated: Regulator, start: Start, seconds: f64, step_s: f64) -> (Vec<f64>, Vec<f64>, f64) {
+    /// Simulates the closed loop. An estimated moment is fed forward. The loop is closed at `start.closed_from_s`.
+    ///
+    /// # Errors
+    /// The closed loop is unstable.
+    pub fn regulate(&self, regulated: Regulator, start: Start, seconds: f64, step_s: f64) -> Result<ClosedTrace, ObserverError> {
+        let poles = closed_loop_poles(&self.request.plant, regulated)?;
         let n = self.gains.len();
         let open = self.loop_matrix(None);
         let closed = self.loop_matrix(Some(regulated));
-        let moment: Vec<f64> = self.request.plant.b().iter().map(|b| b * start.moment_N_m).collect();
+        let moment = self.request.plant.b();
         // State: plant, errors, integral. The moment acts on plant and errors alike.
         let input: Vec<f64> = moment.iter().chain(&moment).copied().chain(self.integral.map(|_| 0.0)).collect();
         let mut state = vec![0.0; input.len()];
         state[0] = start.angle_rad;
-        let before = propagate(&open, &input, state, start.closed_from_s.min(seconds), step_s);
+        let open_steps = steps(start.closed_from_s.min(seconds), step_s);
+        let moments = start.moment.series(open_steps + steps(seconds - start.closed_from_s, step_s), step_s);
+        let before = propagate(&open, &input, state, &moments[..open_steps], step_s);
         let last = before.last().cloned().unwrap_or_else(|| vec![0.0; input.len()]);
-        let after = propagate(&closed, &input, last, seconds - start.closed_from_s, step_s);
-        let angles: Vec<f64> = before.iter().chain(after.iter().skip(1)).map(|row| row[0]).collect();
-        let t_s = (0..angles.len()).map(|k| k as f64 * step_s).collect();
-        let steady = equilibrium(&closed, &input);
+        let after = propagate(&closed, &input, last, &moments[open_steps..], step_s);
+        let angle_rad: Vec<f64> = before.iter().chain(after.iter().skip(1)).map(|row| row[0]).collect();
+        let t_s = (0..angle_rad.len()).map(|k| k as f64 * step_s).collect();
+        let constant: Vec<f64> = input.iter().map(|input| input * start.moment.constant_N_m).collect();
+        let steady = equilibrium(&closed, &constant);
         debug_assert_eq!(steady.len(), 2 * n + usize::from(self.integral.is_some()));
-        (t_s, angles, steady[0])
+        let steady_rad = has_steady_state(&poles).then(|| steady[0]);
+        Ok(ClosedTrace { t_s, angle_rad, closed_from_s: start.closed_from_s, poles, steady_rad })
     }
 
     /// Matrix of x′ = A x − B (R (x − e) + M̂) + B M together with the error system.
@@ -197,16 +225,20 @@ impl Design {
     }
 }
 
-/// Solution of x′ = `matrix` x + `input` from `state`: one row per step, the initial state included.
-fn propagate(matrix: &[Vec<f64>], input: &[f64], state: Vec<f64>, seconds: f64, step_s: f64) -> Vec<Vec<f64>> {
+/// Number of steps.
+fn steps(seconds: f64, step_s: f64) -> usize {
+    (seconds / step_s).round().max(0.0) as usize
+}
+
+/// Solution of x′ = `matrix` x + `input` u from `state`, with u of each step: one row per step, the initial state included.
+fn propagate(matrix: &[Vec<f64>], input: &[f64], state: Vec<f64>, u: &[f64], step_s: f64) -> Vec<Vec<f64>> {
     let (phi, gamma) = held(&Matrix::of(matrix), input, step_s);
     let phi = phi.rounded();
-    let steps = (seconds / step_s).round().max(0.0) as usize;
-    let mut rows = Vec::with_capacity(steps + 1);
+    let mut rows = Vec::with_capacity(u.len() + 1);
     rows.push(state);
-    for k in 0..steps {
+    for (k, u) in u.iter().enumerate() {
         let before = &rows[k];
-        let next = phi.iter().zip(&gamma).map(|(row, gamma)| row.iter().zip(before).map(|(p, x)| p * x).sum::<f64>() + gamma).collect();
+        let next = phi.iter().zip(&gamma).map(|(row, gamma)| row.iter().zip(before).map(|(p, x)| p * x).sum::<f64>() + gamma * u).collect();
         rows.push(next);
     }
     rows

@@ -1,14 +1,20 @@
 //! Mean azimuth error under vibration and its correction by the estimated rates (docs/theory.md §2.3).
 //!
-//! ⟨α⟩ = \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α. Input: azimuth and roll over time, and exact rates if the log has them. Output: the mean azimuth over whole
-//! periods and the correction by exact and by estimated rates, each with and without the inertia term. The estimates come from the
-//! firmware's observer at the step of the log; the firmware's own code computes the means.
+//! Vibration adds \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α to the true azimuth. Input: azimuth and roll over time, and exact rates if the log has them. Output:
+//! the mean azimuth over whole periods and the correction by exact and by estimated rates, each with and without the inertia term; the estimated rates also
+//! with the inverse of the observer's response at the vibration frequency ([`RateResponse`]). The estimates come from the firmware's observer at the step of
+//! the log; the firmware's own code computes the means.
+//!
+//! Uncertainty: errors of the roll channel act on the correction. Its gain scales it; a delay adds the product with γ′; a rotation of the roll sensor about the
+//! vertical adds the product ⟨α′ β⟩, which does not vanish; an offset multiplies ⟨α′⟩, which is nearly 0. The sensitivities are computed from the record.
 
 use hal_sim::element::{BaseVibration, FourState};
 use nalgebra::Complex;
 use stand_firmware::gyro_loop::observer::{Motion, Observer, Vibration};
 
-use super::{Bode, Design, Discrete, ObserverError};
+use super::{Bode, Design, Discrete, ObserverError, RateResponse};
+use crate::drift::session_fit::{FitRow, SessionFit};
+use crate::statistics::uncertainty::{Contribution, Quantity, Uncertainty};
 
 /// Time for settling before the means, in time constants of the slowest pole.
 const SETTLING_TIME_CONSTANTS: f64 = 20.0;
@@ -37,6 +43,67 @@ pub struct Correction {
     pub with_inertia_rad: f64,
 }
 
+/// Standard uncertainties of the roll channel and of the element; half-widths are none of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VibrationUncertainties {
+    /// Gain of the roll channel, relative.
+    pub gamma_gain: f64,
+    /// Delay of the roll channel against the azimuth, s.
+    pub gamma_delay_s: f64,
+    /// Rotation of the roll sensor about the vertical, rad: it shows a part of the tilt β.
+    pub gamma_misalignment_rad: f64,
+    /// Offset of the roll channel, rad.
+    pub gamma_offset_rad: f64,
+    /// Parameters of the element, H/k_α and (Jx − Jz)/k_α, relative.
+    pub element: f64,
+}
+
+impl Default for VibrationUncertainties {
+    fn default() -> Self {
+        Self { gamma_gain: 0.01, gamma_delay_s: 5e-4, gamma_misalignment_rad: 5e-3, gamma_offset_rad: 1e-3, element: 0.01 }
+    }
+}
+
+impl VibrationUncertainties {
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// A value that is negative or not finite.
+    pub fn checked(self) -> Result<Self, ObserverError> {
+        let all = [
+            ("--gamma-gain-error", self.gamma_gain),
+            ("--gamma-delay-error", self.gamma_delay_s),
+            ("--gamma-misalignment", self.gamma_misalignment_rad),
+            ("--gamma-offset", self.gamma_offset_rad),
+            ("--element-error", self.element),
+        ];
+        match all.into_iter().find(|(_, u)| !(u.is_finite() && *u >= 0.0)) {
+            Some((name, _)) => Err(ObserverError::Option(format!("{name}: must be a number from 0"))),
+            None => Ok(self),
+        }
+    }
+}
+
+/// Source of an uncertainty of the correction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum VibrationSource {
+    /// Scatter and movement of the means of the periods.
+    Periods,
+    /// Gain of the roll channel.
+    GammaGain,
+    /// Delay of the roll channel.
+    GammaDelay,
+    /// Rotation of the roll sensor about the vertical.
+    GammaMisalignment,
+    /// Offset of the roll channel.
+    GammaOffset,
+    /// Parameters of the element.
+    Element,
+}
+
+/// A quantity with its budget, rad.
+pub type VibrationQuantity = Quantity<VibrationSource, ()>;
+
 /// Means over one period of the vibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Period {
@@ -59,15 +126,34 @@ pub struct Compensated {
     pub periods: f64,
     /// Mean azimuth, rad.
     pub alpha_rad: f64,
-    /// Correction by the estimated rates.
+    /// Correction by the estimated rates as they are.
     pub estimated: Correction,
+    /// Correction by the estimated rates with the inverse response of the observer at the vibration frequency.
+    pub response_corrected: Correction,
     /// Correction by the exact rates.
     pub exact: Option<Correction>,
+    /// Part of the mean azimuth that vibration causes, with its budget; `None` with too few periods.
+    pub part: Option<VibrationQuantity>,
+    /// Mean azimuth without that part, with its budget.
+    pub corrected: Option<VibrationQuantity>,
+    /// Part of the tilt vibration in the product ⟨α′ β⟩ H/k_α, rad per rad of rotation of the roll sensor.
+    pub misalignment_gain: f64,
     /// Means of each period after the observer has settled.
     pub by_period: Vec<Period>,
+    /// Duration of a precession, s, which the means must contain to be free of it.
+    pub precession_s: f64,
+}
+
+/// Estimates for each row, before the angle of that row is used.
+#[derive(Debug, Clone, Copy, Default)]
+struct Estimated {
+    alpha_rate_rad_s: f64,
+    beta_rad: f64,
+    beta_rate_rad_s: f64,
 }
 
 /// Corrects a record by the rates that an observer estimates. `design` is an observer of a four-state element with a discrete form at the step of the record.
+/// The true azimuth need not be 0: the correction is the part that vibration causes.
 ///
 /// # Errors
 /// The record has too few rows or periods; γ shows no vibration; the design has no discrete form of this element.
@@ -76,6 +162,7 @@ pub fn compensate(
     element: &FourState,
     design: &Design,
     vibration_Hz: Option<f64>,
+    uncertainties: &VibrationUncertainties,
 ) -> Result<Compensated, ObserverError> {
     let discrete = design.discrete.as_ref().ok_or(ObserverError::NoDiscreteForm)?;
     let rows = measured.alpha_rad.len().min(measured.gamma_rad.len());
@@ -96,55 +183,142 @@ pub fn compensate(
     if periods < MIN_PERIODS {
         return Err(ObserverError::TooFewPeriods { periods, vibration_Hz, needed: MIN_PERIODS });
     }
-    let window_s = periods / vibration_Hz;
     let stiffness = element.azimuth_stiffness_N_m_rad();
-    let rate_gain_s = element.rotor_N_m_s / stiffness;
-    let inertia_gain_s2 = (element.inertia_x_kg_m2 - element.inertia_z_kg_m2) / stiffness;
-    // Means over the end of the record, where the observer has settled best.
-    let first = rows - 1 - (window_s / step_s).ceil() as usize;
-    let mean = |rates: &dyn Fn(usize) -> (f64, f64), inertia_gain_s2: f64| -> Result<(f64, f64), ObserverError> {
-        let mut vibration = Vibration::new(window_s, step_s, rate_gain_s, inertia_gain_s2)?;
-        let mut last = Default::default();
-        for k in first..rows {
-            let (alpha_rate_rad_s, beta_rate_rad_s) = rates(k);
-            let (alpha_rad, gamma_rad) = (measured.alpha_rad[k], measured.gamma_rad[k]);
-            last = vibration.update(Motion { alpha_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rad });
-        }
-        Ok((last.alpha_rad, last.vibration_rad))
+    let record = Record {
+        measured,
+        step_s,
+        // Means over the end of the record, where the observer has settled best.
+        first: rows - 1 - (periods / vibration_Hz / step_s).ceil() as usize,
+        rows,
+        window_s: periods / vibration_Hz,
+        rate_gain_s: element.rotor_N_m_s / stiffness,
+        inertia_gain_s2: (element.inertia_x_kg_m2 - element.inertia_z_kg_m2) / stiffness,
     };
-    let both = |rates: &dyn Fn(usize) -> (f64, f64)| -> Result<(f64, Correction), ObserverError> {
-        let (alpha_rad, rate_rad) = mean(rates, 0.0)?;
-        Ok((alpha_rad, Correction { rate_rad, with_inertia_rad: mean(rates, inertia_gain_s2)?.1 }))
-    };
-    let (alpha_rad, estimated) = both(&|k| estimates[k])?;
-    let exact = measured.exact.map(|(alpha, beta)| both(&|k| (alpha[k], beta[k]))).transpose()?.map(|(_, correction)| correction);
-    let each = |rates: &dyn Fn(usize) -> (f64, f64)| -> Result<Vec<Period>, ObserverError> {
-        let mut vibration = Vibration::new(1.0 / vibration_Hz, step_s, rate_gain_s, inertia_gain_s2)?;
-        let (mut by_period, mut means) = (Vec::new(), 0);
-        for k in settling..rows {
-            let (alpha_rate_rad_s, beta_rate_rad_s) = rates(k);
-            let (alpha_rad, gamma_rad) = (measured.alpha_rad[k], measured.gamma_rad[k]);
-            let last = vibration.update(Motion { alpha_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rad });
-            if last.means > means {
-                means = last.means;
-                let corrected_rad = last.alpha_rad - last.vibration_rad;
-                let t_s = k as f64 * step_s - 0.5 / vibration_Hz;
-                by_period.push(Period { t_s, alpha_rad: last.alpha_rad, estimated_rad: corrected_rad, exact_rad: None });
-            }
-        }
-        Ok(by_period)
-    };
-    let mut by_period = each(&|k| estimates[k])?;
+    let response = RateResponse::new(discrete, element, vibration_Hz).map_or([0.0; 4], |response| response.console_numbers());
+    let of_estimates = |k: usize| (estimates[k].alpha_rate_rad_s, estimates[k].beta_rate_rad_s);
+    let (alpha_rad, estimated) = record.correction(&of_estimates, [0.0; 4])?;
+    let (_, response_corrected) = record.correction(&of_estimates, response)?;
+    let exact = measured.exact.map(|(alpha, beta)| record.correction(&|k| (alpha[k], beta[k]), [0.0; 4])).transpose()?;
+    let mut by_period = record.by_period(settling, 1.0 / vibration_Hz, &of_estimates, response)?;
     if let Some((alpha, beta)) = measured.exact {
-        for (period, exact) in by_period.iter_mut().zip(each(&|k| (alpha[k], beta[k]))?) {
+        let exact = record.by_period(settling, 1.0 / vibration_Hz, &|k| (alpha[k], beta[k]), [0.0; 4])?;
+        for (period, exact) in by_period.iter_mut().zip(exact) {
             period.exact_rad = Some(exact.estimated_rad);
         }
     }
-    Ok(Compensated { vibration_Hz, periods, alpha_rad, estimated, exact, by_period })
+    let part_rad = response_corrected.with_inertia_rad;
+    let delayed_rad = record.mean(&of_estimates, response, record.inertia_gain_s2, 1)?.1;
+    let whole = || record.first..rows;
+    let mean = |of: &dyn Fn(usize) -> f64| whole().map(of).sum::<f64>() / whole().len() as f64;
+    let mean_beta_rad = mean(&|k| estimates[k].beta_rad);
+    let misalignment_gain = record.rate_gain_s * mean(&|k| estimates[k].alpha_rate_rad_s * (estimates[k].beta_rad - mean_beta_rad));
+    let offset_gain = record.rate_gain_s * mean(&|k| estimates[k].alpha_rate_rad_s);
+    let u = uncertainties;
+    // A sine in phase with the rate is changed in the second order only: 1 − cos ωδ.
+    let delay_rad = std::f64::consts::TAU * vibration_Hz * u.gamma_delay_s;
+    let of_delay = ((delayed_rad - part_rad) / step_s * u.gamma_delay_s).hypot(part_rad * (1.0 - delay_rad.cos()));
+    let systematic = [
+        (VibrationSource::GammaGain, part_rad * u.gamma_gain),
+        (VibrationSource::GammaDelay, of_delay),
+        (VibrationSource::GammaMisalignment, misalignment_gain * u.gamma_misalignment_rad),
+        (VibrationSource::GammaOffset, offset_gain * u.gamma_offset_rad),
+        (VibrationSource::Element, part_rad * u.element),
+    ];
+    let quantity = |name: &str, value: f64, of: &dyn Fn(&Period) -> f64| {
+        let scatter = scatter(&by_period, of)?;
+        let lines = std::iter::once(Contribution::type_a("", scatter.u, scatter.dof, VibrationSource::Periods));
+        let lines = lines.chain(systematic.iter().map(|(source, u)| Contribution::type_b("", u.abs(), "", 1.0, *source)));
+        Some(Quantity::new(name, "rad", value, lines.collect()))
+    };
+    let part = quantity("vibration_part", part_rad, &|period| period.alpha_rad - period.estimated_rad);
+    let corrected = quantity("azimuth", alpha_rad - part_rad, &|period| period.estimated_rad);
+    let slowest_rad_s = design.request.plant.slowest_rad_s();
+    Ok(Compensated {
+        vibration_Hz,
+        periods,
+        alpha_rad,
+        estimated,
+        response_corrected,
+        exact: exact.map(|(_, correction)| correction),
+        part,
+        corrected,
+        misalignment_gain,
+        by_period,
+        precession_s: std::f64::consts::TAU / slowest_rad_s,
+    })
 }
 
-/// α̂′ and β̂′ predicted for each row, before the angle of that row is used.
-fn estimate(discrete: &Discrete, alpha_rad: &[f64]) -> Result<Vec<(f64, f64)>, ObserverError> {
+/// Uncertainty of the mean of the periods, which may move.
+fn scatter(periods: &[Period], of: &dyn Fn(&Period) -> f64) -> Option<Uncertainty> {
+    let row = |period: &Period| FitRow {
+        time_s: period.t_s,
+        rate_rad_s: of(period),
+        sign: 1,
+        amplitude_rad_s: 1.0,
+        regressors: vec![1.0],
+        visit: 0,
+        weight: 1.0,
+    };
+    SessionFit::new(&periods.iter().map(row).collect::<Vec<_>>())?.estimate(&[1.0]).uncertainty
+}
+
+/// A record with the windows and gains of its correction.
+struct Record<'a> {
+    measured: &'a Measured<'a>,
+    step_s: f64,
+    first: usize,
+    rows: usize,
+    window_s: f64,
+    rate_gain_s: f64,
+    inertia_gain_s2: f64,
+}
+
+/// α′ and β′ at a row.
+type Rates<'a> = &'a dyn Fn(usize) -> (f64, f64);
+
+impl Record<'_> {
+    fn motion(&self, k: usize, rates: Rates<'_>, delay: usize) -> Motion {
+        let (alpha_rate_rad_s, beta_rate_rad_s) = rates(k);
+        let (alpha_rad, gamma_rad) = (self.measured.alpha_rad[k], self.measured.gamma_rad[k - delay]);
+        Motion { alpha_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rad }
+    }
+
+    /// Mean azimuth and its part by vibration, with the roll delayed by `delay` rows.
+    fn mean(&self, rates: Rates<'_>, response: [f64; 4], inertia_gain_s2: f64, delay: usize) -> Result<(f64, f64), ObserverError> {
+        let mut vibration =
+            Vibration::new(self.window_s, self.step_s, self.rate_gain_s, inertia_gain_s2)?.with_response(response, self.step_s)?;
+        let mut last = Default::default();
+        for k in self.first.max(delay)..self.rows {
+            last = vibration.update(self.motion(k, rates, delay));
+        }
+        Ok((last.alpha_rad, last.vibration_rad))
+    }
+
+    fn correction(&self, rates: Rates<'_>, response: [f64; 4]) -> Result<(f64, Correction), ObserverError> {
+        let (alpha_rad, rate_rad) = self.mean(rates, response, 0.0, 0)?;
+        let with_inertia_rad = self.mean(rates, response, self.inertia_gain_s2, 0)?.1;
+        Ok((alpha_rad, Correction { rate_rad, with_inertia_rad }))
+    }
+
+    /// Means of each period from row `from` on.
+    fn by_period(&self, from: usize, period_s: f64, rates: Rates<'_>, response: [f64; 4]) -> Result<Vec<Period>, ObserverError> {
+        let mut vibration =
+            Vibration::new(period_s, self.step_s, self.rate_gain_s, self.inertia_gain_s2)?.with_response(response, self.step_s)?;
+        let (mut by_period, mut means) = (Vec::new(), 0);
+        for k in from..self.rows {
+            let last = vibration.update(self.motion(k, rates, 0));
+            if last.means > means {
+                means = last.means;
+                let t_s = k as f64 * self.step_s - 0.5 * period_s;
+                let estimated_rad = last.alpha_rad - last.vibration_rad;
+                by_period.push(Period { t_s, alpha_rad: last.alpha_rad, estimated_rad, exact_rad: None });
+            }
+        }
+        Ok(by_period)
+    }
+}
+
+fn estimate(discrete: &Discrete, alpha_rad: &[f64]) -> Result<Vec<Estimated>, ObserverError> {
     match discrete.gains.len() {
         4 => estimated::<4>(discrete, alpha_rad),
         5 => estimated::<5>(discrete, alpha_rad),
@@ -152,13 +326,13 @@ fn estimate(discrete: &Discrete, alpha_rad: &[f64]) -> Result<Vec<(f64, f64)>, O
     }
 }
 
-fn estimated<const N: usize>(discrete: &Discrete, alpha_rad: &[f64]) -> Result<Vec<(f64, f64)>, ObserverError> {
+fn estimated<const N: usize>(discrete: &Discrete, alpha_rad: &[f64]) -> Result<Vec<Estimated>, ObserverError> {
     let law = discrete.law::<N>()?;
     let mut observer = Observer::<f64, N>::at(alpha_rad.first().copied().unwrap_or(0.0));
     let rates = alpha_rad.iter().map(|angle| {
         let estimate = *observer.estimate();
         observer.step(&law, *angle, 0.0);
-        (estimate[1], estimate[3])
+        Estimated { alpha_rate_rad_s: estimate[1], beta_rad: estimate[2], beta_rate_rad_s: estimate[3] }
     });
     Ok(rates.collect())
 }
@@ -291,7 +465,7 @@ mod tests {
             for (omega, by_rate, with_inertia) in estimates {
                 let measured = Measured { step_s: FINE_S, alpha_rad: &alpha, gamma_rad: &gamma, exact: Some((&alpha_rates, &beta_rates)) };
                 let design = Request { step_s: Some(FINE_S), ..request(element, omega) }.design().unwrap();
-                let found = compensate(&measured, &element, &design, None).unwrap();
+                let found = compensate(&measured, &element, &design, None, &VibrationUncertainties::default()).unwrap();
                 near(found.vibration_Hz, vibration.rate_rad_s / (2.0 * PI), 1e-5);
                 near(found.alpha_rad, mean, 2e-4 * mean.abs());
                 let percent = |rad: f64| 100.0 * rad / found.alpha_rad;

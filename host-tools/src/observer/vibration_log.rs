@@ -1,6 +1,6 @@
 //! The record of a vibrating gyrotheodolite from a log, and its corrected azimuth.
 
-use super::vibration::{Compensated, Measured, compensate};
+use super::vibration::{Compensated, Measured, VibrationUncertainties, compensate};
 use super::{Element, Kind, ObserverError, Plant, Poles, Request, Warning};
 use crate::log::Log;
 
@@ -106,16 +106,21 @@ impl<'a> VibrationLog<'a> {
         plant: Plant,
         omega_1_s: f64,
         vibration_Hz: Option<f64>,
+        uncertainties: &VibrationUncertainties,
     ) -> Result<CorrectedLog, VibrationLogError> {
         let Element::Four(four_state) = plant.element else {
             return Err(VibrationLogError::NotFourStates { element: element.to_owned() });
         };
         let request = Request { plant, poles: Poles::Binomial(omega_1_s), kind: Kind::Static, step_s: Some(self.step_s), vibration_Hz };
         let mut design = request.design()?;
-        let compensated = compensate(&self.measured(), &four_state, &design, vibration_Hz)
+        let compensated = compensate(&self.measured(), &four_state, &design, vibration_Hz, uncertainties)
             .map_err(|source| VibrationLogError::Correction { log: self.name.clone(), source })?;
         design.request.vibration_Hz = Some(compensated.vibration_Hz);
-        let warnings = design.warnings();
+        let mut warnings = design.warnings();
+        let window_s = compensated.periods / compensated.vibration_Hz;
+        if window_s < compensated.precession_s {
+            warnings.push(Warning::ShorterThanPrecession { window_s, precession_s: compensated.precession_s });
+        }
         Ok(CorrectedLog { compensated, warnings })
     }
 

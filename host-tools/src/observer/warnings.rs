@@ -50,6 +50,13 @@ pub enum Warning {
         /// Step of the discrete form, s.
         step_s: f64,
     },
+    /// The record is shorter than a precession, which its mean contains.
+    ShorterThanPrecession {
+        /// Duration of the means, s.
+        window_s: f64,
+        /// Duration of a precession, s.
+        precession_s: f64,
+    },
     /// Single precision would not be sufficient.
     SinglePrecision {
         /// Relative error of the estimated moment.

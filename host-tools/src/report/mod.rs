@@ -33,7 +33,9 @@ pub mod recording;
 pub mod residual_plots;
 pub mod settings;
 pub mod simulation;
+pub mod stability;
 pub mod terminal;
+pub mod uncertainty;
 pub mod units;
 
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};

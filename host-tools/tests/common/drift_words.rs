@@ -46,6 +46,30 @@ fn errors(with: impl Fn(&[&str]) -> Value) {
     }
 }
 
+/// Asserts that the bounds of torquer and latitude change an uncertainty.
+fn bounds(with: impl Fn(&[&str]) -> Value) {
+    let plain = with(&[]);
+    assert!(sigma(&with(&["--torquer-gain-error", "100"]), "own_drift_deg_h") > 1.01 * sigma(&plain, "own_drift_deg_h"));
+    let of_azimuth = |found: &Value| found["uncertainty"].to_string();
+    assert_ne!(of_azimuth(&with(&["--latitude-error", "5"])), of_azimuth(&plain));
+}
+
+/// The log of a platform that turns to and fro, once.
+fn turned(folder: &Path) {
+    let mut text = "t_s,theta_rad,gyro_rad_s\n".to_owned();
+    let mut theta = 0.0;
+    for k in 0..5_000 {
+        let rate = match k {
+            500..2_500 => 0.1,
+            2_500..4_500 => -0.1,
+            _ => 0.0,
+        };
+        text += &format!("{},{theta},{}\n", f64::from(k) * 1e-3, rate + 0.002);
+        theta += rate * 1e-3;
+    }
+    std::fs::write(folder.join("turned.csv"), text).unwrap();
+}
+
 fn page(folder: &Path, words: &[&str]) {
     with_plots(folder, words);
     assert!(std::fs::read_to_string(folder.join("page.html")).unwrap().contains("<svg"));
@@ -60,8 +84,8 @@ pub const WORDS: &[(&str, super::Check)] = &[
     ("drift platform --help", |_| ()),
     ("drift run --cycles --pulse --period --json", |f| {
         let usual = run(f, &[]);
-        assert_eq!((usual["cycles"].as_array().unwrap().len(), usual["cycles"][0]["pulse_s"].as_f64()), (4, Some(0.5)));
-        assert_eq!(run(f, &["--cycles", "3"])["cycles"].as_array().unwrap().len(), 6);
+        assert_eq!((usual["cycles"].as_array().unwrap().len(), usual["cycles"][0]["pulse_s"].as_f64()), (8, Some(0.5)));
+        assert_eq!(run(f, &["--cycles", "3"])["cycles"].as_array().unwrap().len(), 12);
         let pulse_ms = |more: &[&str]| (1e3 * run(f, more)["cycles"][0]["pulse_s"].as_f64().unwrap()).round();
         assert_eq!((pulse_ms(&["--pulse", "0.7"]), pulse_ms(&["--period", "0.3"])), (700.0, 600.0));
     }),
@@ -97,6 +121,27 @@ pub const WORDS: &[(&str, super::Check)] = &[
         assert_ne!(own(&run(f, &["--seed", "2"])), own(&run(f, &[])));
     }),
     ("drift run --turn-error --level-error --gain-error", |f| errors(|more| run(f, &[&["--cycles", "4"], more].concat()))),
+    // In a single sequence the lag of the torquer remains in the correction by the current.
+    ("drift run --torquer-gain-error --latitude-error", |f| {
+        bounds(|more| run(f, &[&["--cycles", "4", "--sequence", "plus-minus"], more].concat()))
+    }),
+    ("drift run --torquer-asymmetry", |f| {
+        let with = |percent: &str| sigma(&run(f, &["--rate", "0.05", "--torquer-asymmetry", percent]), "own_drift_deg_h");
+        assert!(with("10") > 5.0 * with("1"));
+    }),
+    ("drift run --order", |f| {
+        let turned = |order: &str| {
+            let found = run(f, &["--order", order]);
+            let cycles = found["cycles"].as_array().unwrap().clone();
+            cycles.iter().map(|cycle| cycle["turned_deg"].as_f64().unwrap()).collect::<Vec<_>>()
+        };
+        assert_eq!(turned("abba"), [0.0, 0.0, 180.0, 180.0, 180.0, 180.0, 0.0, 0.0]);
+        assert_eq!(turned("once"), [0.0, 0.0, 0.0, 0.0, 180.0, 180.0, 180.0, 180.0]);
+    }),
+    ("drift run --units", |f| {
+        let text = stand(f, &["drift", "run", "--pulse", "0.5", "--rest", "1", "--cycles", "2", "--units", "rad/s"]).succeeded().out;
+        assert!(text.contains("rad/s"), "{text}");
+    }),
     ("drift run --out --html --plots", |f| {
         log(f);
         assert!(f.join("drift.csv").exists());
@@ -119,7 +164,7 @@ pub const WORDS: &[(&str, super::Check)] = &[
         let one = super::served::Served::new(f, &["--gyro", "gyro.toml"]);
         let short = ["--cycles", "2", "--pulse", "0.5", "--rest", "1", "--latitude", "70", "--turn", "drive", "--json", "-"];
         let found = json(f, &[&["drift", "run", "--port", one.port.as_str()][..], &short].concat());
-        assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(4), Some(0)), "{found}");
+        assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(8), Some(0)), "{found}");
         // 1.856 °/h; pulses of half a second leave about 0.4 °/h of noise.
         let own = found["own_drift_deg_h"]["value"].as_f64().unwrap();
         assert!((own - 1.856).abs() < 3.0, "{own}");
@@ -127,14 +172,14 @@ pub const WORDS: &[(&str, super::Check)] = &[
     ("drift compute <LOG>... --json --html --plots", |f| {
         log(f);
         std::fs::copy(f.join("drift.csv"), f.join("again.csv")).unwrap();
-        assert_eq!(json(f, &["drift", "compute", "drift.csv", "again.csv", "--json", "-"])["good"], 8);
+        assert_eq!(json(f, &["drift", "compute", "drift.csv", "again.csv", "--json", "-"])["good"], 16);
         page(f, &["drift", "compute", "drift.csv"]);
     }),
     ("drift compute --angle-gain --torquer-gain --pulse --angle-limit --latitude", |f| {
         log(f);
         let plain = compute(f, &[]);
         assert!((own(&compute(f, &["--angle-gain", "300", "--torquer-gain", "0.01"])) / own(&plain) - 0.5).abs() < 0.01);
-        assert_ne!(compute(f, &["--torquer-gain", "0.03"])["cycles"], plain["cycles"]);
+        assert_ne!(compute(f, &["--torquer-gain", "0.021"])["cycles"], plain["cycles"]);
         assert_ne!(compute(f, &["--latitude", "50"])["azimuth_deg"], plain["azimuth_deg"]);
         let short = stand(f, &["drift", "compute", "drift.csv", "--pulse", "0.4"]);
         assert!(short.out != stand(f, &["drift", "compute", "drift.csv"]).out);
@@ -144,6 +189,17 @@ pub const WORDS: &[(&str, super::Check)] = &[
     ("drift compute --turn-error --level-error --gain-error", |f| {
         run(f, &["--cycles", "4", "--out", "drift.csv", "--force"]);
         errors(|more| compute(f, more));
+    }),
+    ("drift compute --torquer-gain-error --latitude-error", |f| {
+        run(f, &["--cycles", "4", "--sequence", "plus-minus", "--out", "drift.csv", "--force"]);
+        bounds(|more| compute(f, more));
+    }),
+    ("drift compute --torquer-asymmetry --units", |f| {
+        run(f, &["--rate", "0.05", "--out", "drift.csv", "--force"]);
+        let with = |percent: &str| sigma(&compute(f, &["--torquer-asymmetry", percent]), "own_drift_deg_h");
+        assert!(with("10") > 5.0 * with("1"));
+        let text = stand(f, &["drift", "compute", "drift.csv", "--units", "rad/s"]).succeeded().out;
+        assert!(text.contains("rad/s"), "{text}");
     }),
     ("drift advise <LOG> --pulse --angle-gain --json --html --plots", |f| {
         let mut text = "t_s,angle_sensor_V\n".to_owned();
@@ -164,20 +220,20 @@ pub const WORDS: &[(&str, super::Check)] = &[
         page(f, &["drift", "advise", "static.csv", "--angle-gain", "150", "--pulse", "2"]);
     }),
     ("drift platform <LOG> --pulse --json", |f| {
-        let mut text = "t_s,theta_rad,gyro_rad_s\n".to_owned();
-        let mut theta = 0.0;
-        for k in 0..5_000 {
-            let rate = match k {
-                500..2_500 => 0.1,
-                2_500..4_500 => -0.1,
-                _ => 0.0,
-            };
-            text += &format!("{},{theta},{}\n", f64::from(k) * 1e-3, rate + 0.002);
-            theta += rate * 1e-3;
-        }
-        std::fs::write(f.join("turned.csv"), text).unwrap();
+        turned(f);
         let found = json(f, &["drift", "platform", "turned.csv", "--pulse", "2", "--json", "-"]);
         assert!((found["bias_rad_s"]["value"].as_f64().unwrap() - 0.002).abs() < 1e-4, "{found}");
         assert_eq!(stand(f, &["drift", "platform", "turned.csv", "--pulse", "3"]).status, Some(2));
+    }),
+    ("drift platform --latitude --units --html --plots", |f| {
+        turned(f);
+        let found = |more: &[&str]| json(f, &[&["drift", "platform", "turned.csv", "--json", "-"], more].concat());
+        let earth = |found: &Value| (found["without_earth_rate"].as_bool(), found["bias_rad_s"]["value"].as_f64().unwrap());
+        let (plain, without) = (earth(&found(&[])), earth(&found(&["--latitude", "90"])));
+        assert_eq!((plain.0, without.0), (Some(false), Some(true)));
+        assert!((plain.1 - without.1 - 7.292e-5).abs() < 1e-7, "{plain:?} {without:?}");
+        let text = stand(f, &["drift", "platform", "turned.csv", "--units", "deg/h"]).succeeded().out;
+        assert!(text.contains("°/h"), "{text}");
+        page(f, &["drift", "platform", "turned.csv"]);
     }),
 ];

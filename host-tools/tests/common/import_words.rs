@@ -6,7 +6,7 @@ use super::common::stand;
 use super::{Check, help_everywhere, json_in_both_places, stdout_of};
 use host_tools::log::Log;
 
-pub const WORDS: [(&str, Check); 15] = [
+pub const WORDS: [(&str, Check); 16] = [
     ("log", |_| ()),
     ("log --help", help_everywhere),
     ("log inspect --help", help_everywhere),
@@ -35,6 +35,7 @@ pub const WORDS: [(&str, Check); 15] = [
     ("drift compute --map --unit --sample-rate --note", |f| is_imported(f, &["drift", "compute"], &[])),
     ("drift advise --map --unit --sample-rate --note", |f| is_imported(f, &["drift", "advise"], &[])),
     ("drift platform --map --unit --sample-rate --note", |f| is_imported(f, &["drift", "platform"], &[])),
+    ("stability --map --unit --sample-rate --note", |f| is_imported(f, &["stability"], &[])),
 ];
 
 /// The log of the folder without its time, the voltage in mV, the rate in rpm: `foreign.csv`.

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::served::{Served, send_lines as console};
 use super::{Check, Log, help_everywhere, json, json_in_both_places, page, stand, stdout_of};
 
-pub const WORDS: [(&str, Check); 19] = [
+pub const WORDS: [(&str, Check); 21] = [
     ("observer --help", help_everywhere),
     ("observer design --help", help_everywhere),
     ("observer simulate --help", help_everywhere),
@@ -71,6 +71,13 @@ pub const WORDS: [(&str, Check); 19] = [
         };
         assert_ne!(picture("20"), picture("40"));
     }),
+    ("observer simulate --moment-harmonic --moment-random --seed", |f| {
+        let usual = simulated(f, &["astatic-identifier"]);
+        let random = ["astatic-identifier", "--moment-random", "1e-5,0.1"];
+        assert_ne!(usual, simulated(f, &["astatic-identifier", "--moment-harmonic", "1e-5,3"]));
+        assert_ne!(usual, simulated(f, &random));
+        assert_ne!(simulated(f, &random), simulated(f, &[&random[..], &["--seed", "2"]].concat()));
+    }),
     ("observer simulate --json --html --plots", |f| {
         json_in_both_places(f, &["observer", "simulate", "astatic-identifier"]);
         page(f, &["observer", "simulate", "astatic-identifier"]);
@@ -88,6 +95,14 @@ pub const WORDS: [(&str, Check); 19] = [
     ("observer bode --json --html --plots", |f| {
         json_in_both_places(f, &["observer", "bode", "rate-observer"]);
         page(f, &["observer", "bode", "rate-observer"]);
+    }),
+    ("vibration compensate --gamma-gain-error --gamma-delay-error --gamma-misalignment --gamma-offset --element-error", |f| {
+        swinging(f);
+        let budget = |more: &[&str]| json(f, &[&["vibration", "compensate", "swing.csv"], more].concat())["azimuth_rad"]["budget"].clone();
+        let usual = budget(&[]);
+        for option in ["--gamma-gain-error", "--gamma-delay-error", "--gamma-misalignment", "--gamma-offset", "--element-error"] {
+            assert_ne!(usual, budget(&[option, "7"]), "{option}");
+        }
     }),
     ("vibration compensate <LOG> --model --omega --vibration-hz --angle-gain --json --html --plots", |f| {
         swinging(f);

@@ -1,6 +1,6 @@
 //! Statistical methods shared by all analyses.
 //!
-//! [`distributions`] (normal, Student, χ², F), [`uncertainty`] (budgets according to the GUM), [`least_squares`] with covariance, [`robust`] location
+//! [`distributions`] (normal, Student, χ², F), [`student_mixture`], [`uncertainty`] (budgets according to the GUM), [`least_squares`] with covariance, [`robust`] location
 //! and scale, [`extremes`] (smallest and largest values), [`series`] (histogram, autocorrelation) and [`bins`] (means along a coordinate).
 
 pub mod bins;
@@ -9,6 +9,7 @@ pub mod extremes;
 pub mod least_squares;
 pub mod robust;
 pub mod series;
+pub mod student_mixture;
 pub mod uncertainty;
 
 pub use extremes::Extremes;

@@ -7,7 +7,9 @@
 use super::{Action, Entry, List, entry};
 use crate::app::state::State;
 use crate::gyro_loop::observer::MAX_STATES;
-use crate::gyro_loop::observer::parameters::{Field, GAIN, GAMMA, MOMENT, ObserverParameters, REGULATOR, SETTLE, TORQUER, VIBRATION, phi};
+use crate::gyro_loop::observer::parameters::{
+    Field, GAIN, GAMMA, MOMENT, ObserverParameters, REGULATOR, RESPONSE, SETTLE, TORQUER, VIBRATION, phi,
+};
 use crate::settings::FIELDS;
 use crate::text::Significant;
 use core::fmt::{self, Write};
@@ -66,13 +68,14 @@ fn observer_line(numbers: &ObserverParameters, line: usize, out: &mut dyn Write)
         write_numbers(numbers, phi(line), states, out)?;
         return Ok(true);
     }
-    const REST: [(&str, Field, &str); 6] = [
+    const REST: [(&str, Field, &str); 7] = [
         ("GAMMa", GAMMA, ""),
         ("GAIN", GAIN, ""),
         ("REGulator", REGULATOR, ""),
         ("TORQuer", TORQUER, " N.M/A"),
         ("SETTle", SETTLE, " S"),
         ("VIBRation", VIBRATION, ""),
+        ("RESPonse", RESPONSE, ""),
     ];
     // `OBServer:NEW` sets the torquer's constant to 0, which its command does not accept: it is sent only once it was set.
     let is_sent = |place: Field| states > 0 && (place != TORQUER || numbers.value(TORQUER) != 0.0);

@@ -5,7 +5,7 @@ use crate::app::state::State;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
-use crate::gyro_loop::observer::parameters::{Field, GAIN, GAMMA, MOMENT, REGULATOR, SETTLE, STATES, TORQUER, VIBRATION, phi};
+use crate::gyro_loop::observer::parameters::{Field, GAIN, GAMMA, MOMENT, REGULATOR, RESPONSE, SETTLE, STATES, TORQUER, VIBRATION, phi};
 use crate::gyro_loop::observer::{MAX_STATES, Phase};
 use crate::text::Significant;
 use core::fmt::{self, Write};
@@ -99,11 +99,10 @@ pub(super) const ENTRIES: &[Entry] = &[
                 if on {
                     state.require_no_fault()?;
                 }
-                state.gyro.observer.set_feedback(on);
-                Ok(())
+                state.gyro.observer.set_feedback(on).map_err(|error| ErrorEntry::with(Code::SETTING, error))
             },
         },
-        "feedback by the regulator once the observer has settled; a fault ends it",
+        "feedback by the regulator once the observer has settled; refused if the closed loop is unstable; a fault ends it",
     ),
     entry(
         "OBServer:FORWard",
@@ -121,6 +120,13 @@ pub(super) const ENTRIES: &[Entry] = &[
             vibration,
         ),
         "mean angle RAD, its part by vibration RAD, number of means",
+    ),
+    entry(
+        "OBServer:RESPonse",
+        Action::Command("<Re 1/R,Im 1/R over omega S of the rate,the same of the tilt rate>", |state, parameters| {
+            set_numbers(state, parameters, RESPONSE, 4)
+        }),
+        "observer response at the vibration frequency, which VIBRation corrects",
     ),
     entry(
         "OBServer:CLEar",
@@ -167,7 +173,7 @@ fn vibration(state: &State<'_>, out: &mut dyn Write) -> Done {
 pub(super) fn line(state: &State<'_>, line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
     let numbers = state.gyro.observer.parameters();
     let states = numbers.states();
-    let rest = [GAMMA, GAIN, REGULATOR, STATES, MOMENT, TORQUER, SETTLE, VIBRATION];
+    let rest = [GAMMA, GAIN, REGULATOR, STATES, MOMENT, TORQUER, SETTLE, VIBRATION, RESPONSE];
     let place = if line < states { Some(phi(line)) } else { rest.get(line - states).copied() };
     let Some(place) = place else { return Ok(false) };
     out.write_str(place.name)?;

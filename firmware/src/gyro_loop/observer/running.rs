@@ -5,7 +5,7 @@
 //! in time, at t_{n+1}. The observer knows the torquer's limit and steps. Feedback stays off until the estimates have settled and ends with
 //! any fault. A start begins at the measured angle (docs/theory.md §1.5). Missed rows are predicted; after [`MAX_MISSED_ROWS`] the observer restarts.
 
-use super::parameters::{GAIN, GAMMA, MOMENT, REGULATOR, SETTLE, TORQUER, VIBRATION};
+use super::parameters::{GAIN, GAMMA, MOMENT, REGULATOR, RESPONSE, SETTLE, TORQUER, VIBRATION};
 use super::{Design, MAX_STATES, Motion, Observer, ObserverParameters, Regulator, Stability, Vibration, VibrationCorrection};
 use crate::board::{Hardware, ROW_HZ, TICKS_PER_ROW, Ticks, TorquerStep};
 use crate::config::{ConfigError, within};
@@ -15,6 +15,9 @@ use embassy_sync::mutex::{Mutex, MutexGuard};
 
 /// Most rows without an angle that are predicted.
 pub const MAX_MISSED_ROWS: u32 = 10;
+/// Why feedback is refused.
+const UNSTABLE_LOOP: ConfigError =
+    ConfigError::Unfit("regulator", "leaves a pole of the closed loop on or outside the unit circle: feedback would not be stable");
 /// Range of the torquer's converter, ± steps.
 const MAX_STEPS: f64 = 2047.0;
 
@@ -79,6 +82,10 @@ struct State {
     parameters: ObserverParameters,
     phase: Phase,
     stability: Option<Stability<MAX_STATES>>,
+    /// The poles of the observer are checked.
+    is_observer_checked: bool,
+    /// The closed loop of plant and regulator: `None` until it is checked.
+    is_loop_stable: Option<bool>,
     refused: Option<ConfigError>,
     /// Rows from the start until the estimates have settled.
     settling_rows: u32,
@@ -116,6 +123,8 @@ impl Default for RunningObserver {
                 parameters: ObserverParameters::default(),
                 phase: Phase::Off,
                 stability: None,
+                is_observer_checked: false,
+                is_loop_stable: None,
                 refused: None,
                 settling_rows: 0,
                 gyro_settings: Settings::default(),
@@ -203,8 +212,23 @@ impl RunningObserver {
     }
 
     /// Feedback by the regulator, once the estimates have settled.
-    pub fn set_feedback(&self, on: bool) {
-        self.with(|state| state.feedback = on);
+    ///
+    /// # Errors
+    /// The regulator would make the closed loop unstable.
+    pub fn set_feedback(&self, on: bool) -> Result<(), ConfigError> {
+        self.with(|state| {
+            if on && state.is_loop_stable == Some(false) {
+                return Err(UNSTABLE_LOOP);
+            }
+            state.feedback = on;
+            Ok(())
+        })
+        .unwrap_or(Ok(()))
+    }
+
+    /// Ends the feedback.
+    pub fn end_feedback(&self) {
+        self.with(|state| state.feedback = false);
     }
 
     /// Feed-forward of the estimated moment.
@@ -243,6 +267,7 @@ impl State {
         self.phase = Phase::Off;
         self.feedback = false;
         self.stability = None;
+        self.is_loop_stable = None;
     }
 
     fn start(&mut self) -> Result<(), ConfigError> {
@@ -257,7 +282,12 @@ impl State {
         let design = Design::unchecked(&phi, &parameters.array(GAMMA), &gain)?;
         self.vibration = match parameters.get(VIBRATION) {
             [window_s, rate_gain_s, inertia_gain_s2] if *window_s > 0.0 => {
-                Some(Vibration::new(*window_s, 1.0 / ROW_HZ as f64, *rate_gain_s, *inertia_gain_s2)?)
+                let step_s = 1.0 / ROW_HZ as f64;
+                let response = match parameters.get(RESPONSE) {
+                    [a, b, c, d] => [*a, *b, *c, *d],
+                    _ => [0.0; 4],
+                };
+                Some(Vibration::new(*window_s, step_s, *rate_gain_s, *inertia_gain_s2)?.with_response(response, step_s)?)
             }
             _ => None,
         };
@@ -265,6 +295,7 @@ impl State {
         self.settling_rows = libm::ceil(parameters.value(SETTLE) * ROW_HZ as f64) as u32;
         self.design = Some(design);
         self.stability = Some(Stability::new(&phi, &gain));
+        (self.is_observer_checked, self.is_loop_stable) = (false, None);
         self.phase = Phase::Checking;
         Ok(())
     }
@@ -277,14 +308,7 @@ impl State {
         match self.phase {
             Phase::Off => return (None, None),
             Phase::Checking => {
-                match self.stability.as_mut().and_then(Stability::step) {
-                    Some(Ok(())) => self.phase = Phase::Waiting,
-                    Some(Err(why)) => {
-                        self.stop();
-                        self.refused = Some(why);
-                    }
-                    None => {}
-                }
+                self.check();
                 return (None, None);
             }
             _ => {}
@@ -328,6 +352,40 @@ impl State {
         }
         let has_feedback = self.feedback && self.phase == Phase::Settled;
         (Some(observed), has_feedback.then(|| self.feedback(input.limit_A, hardware, moment_per_step)))
+    }
+
+    /// A piece of the checks: first the poles of the observer, then those of plant and regulator.
+    fn check(&mut self) {
+        let Some(result) = self.stability.as_mut().and_then(Stability::step) else { return };
+        match (result, self.is_observer_checked) {
+            (Err(why), false) => {
+                self.stop();
+                self.refused = Some(why);
+            }
+            (Ok(()), false) => {
+                self.is_observer_checked = true;
+                let plant_states = self.parameters.states().saturating_sub(usize::from(self.parameters.value(MOMENT) != 0.0));
+                let gains = self.parameters.array(REGULATOR);
+                self.stability = gains
+                    .iter()
+                    .take(plant_states)
+                    .any(|gain| *gain != 0.0)
+                    .then(|| Stability::of_loop(&self.parameters.phi(), &self.parameters.array(GAMMA), &gains, plant_states));
+                if self.stability.is_none() {
+                    self.finish_check(true);
+                }
+            }
+            (result, true) => self.finish_check(result.is_ok()),
+        }
+    }
+
+    fn finish_check(&mut self, is_loop_stable: bool) {
+        self.is_loop_stable = Some(is_loop_stable);
+        self.phase = Phase::Waiting;
+        if self.feedback && !is_loop_stable {
+            self.feedback = false;
+            self.refused = Some(UNSTABLE_LOOP);
+        }
     }
 
     fn observed(&self) -> ObservedState {

@@ -143,6 +143,51 @@ fn regulator_applies_its_gains_and_its_limit() {
     assert!(Regulator::<f64, 7>::new(&[f64::NAN; 7], 1.0).is_err() && Regulator::<f64, 7>::new(&[0.0; 7], 0.0).is_err());
 }
 
+/// Set R with r₁ = 1e-2 N m, r₂ = 6.5e-2 N m s is stable (docs/theory.md §1.5); with r₂ of the other sign it has a pole at +85 1/s.
+#[test]
+fn the_closed_loop_of_plant_and_regulator_is_checked() {
+    let mut phi = [[0.0; 7]; 7];
+    let mut gamma = [0.0; 7];
+    for (to, from) in phi.iter_mut().zip(&PHI_6) {
+        to[..6].copy_from_slice(from);
+    }
+    gamma[..6].copy_from_slice(&GAMMA_6);
+    for (rate_gain, is_stable) in [(6.5e-2, true), (-6.5e-2, false)] {
+        let mut check = Stability::of_loop(&phi, &gamma, &[1e-2, rate_gain, 0.0, 0.0, 0.0, 0.0, 1.0], 6);
+        let result = loop {
+            if let Some(result) = check.step() {
+                break result;
+            }
+        };
+        assert_eq!(result.is_ok(), is_stable, "{rate_gain}");
+    }
+}
+
+/// An observer that shows half of the rate, 60° late: its inverse response restores the mean product.
+#[test]
+fn the_response_of_the_observer_is_corrected() {
+    let (period_s, step_s) = (0.5, 1e-3);
+    let omega_rad_s = core::f64::consts::TAU / period_s;
+    let late = core::f64::consts::FRAC_PI_3;
+    // 1/R = 2 exp(j 60°).
+    let inverse = [2.0 * late.cos(), 2.0 * late.sin() / omega_rad_s];
+    let mut vibration = Vibration::new(10.0 * period_s, step_s, 2.0, 0.5).unwrap();
+    vibration = vibration.with_response([inverse[0], inverse[1], inverse[0], inverse[1]], step_s).unwrap();
+    let mut last = VibrationCorrection::default();
+    for n in 0..6000 {
+        let phase = omega_rad_s * step_s * f64::from(n);
+        last = vibration.update(Motion {
+            alpha_rad: 0.0,
+            alpha_rate_rad_s: 0.5e-2 * (phase + 1.0 - late).sin(),
+            beta_rate_rad_s: 1e-2 * (phase - late).cos(),
+            gamma_rad: 1e-3 * phase.sin(),
+        });
+    }
+    let expected = 2.0 * 0.5e-5 * 1f64.cos() - 0.5 * 0.5 * 2e-5 * omega_rad_s;
+    near(last.vibration_rad, expected, 1e-4, 0.0);
+    assert!(vibration.with_response([f64::NAN; 4], step_s).is_err());
+}
+
 /// An oscillation with a known mean product, sin(ωt + ψ) times sin ωt, and a period that is not a whole number of steps.
 #[test]
 fn vibration_is_averaged_over_whole_periods() {

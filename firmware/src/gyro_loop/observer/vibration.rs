@@ -1,8 +1,11 @@
 //! Online correction of the mean azimuth for vibration (docs/theory.md §2.3).
 //!
 //! The moment balance about the body's vertical axis, averaged over whole periods, leaves ⟨α⟩ = \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α of an azimuth
-//! that should be 0. The rates α′ and β′ are estimates, γ is measured. A period is seldom a whole number of steps; the step in which it ends
+//! that vibration alone has moved. The rates α′ and β′ are estimates, γ is measured. A period is seldom a whole number of steps; the step in which it ends
 //! is divided between both periods.
+//!
+//! The observer distorts the rates at the vibration frequency by its known responses R(jω) (docs/theory.md §2.2). With 1/R the rates are corrected:
+//! Re(1/R) x̂ + Im(1/R)/ω x̂′, with the derivative by the difference of two steps.
 
 use crate::config::{ConfigError, within};
 
@@ -38,6 +41,8 @@ pub struct Vibration {
     /// (Jx − Jz)/k_α, s², over the step, s.
     inertia_gain_s: f64,
     /// Steps in a mean, not an integer.
+    /// Inverse responses of α̂′ and β̂′: real part, and imaginary part over the angular frequency in steps.
+    response: [[f64; 2]; 2],
     steps: f64,
     left: f64,
     sums: [f64; 2],
@@ -57,16 +62,45 @@ impl Vibration {
         within("vibration inertia_gain_s2", inertia_gain_s2, -1e12, 1e12)?;
         let steps = window_s / step_s;
         let inertia_gain_s = inertia_gain_s2 / step_s;
-        Ok(Self { rate_gain_s, inertia_gain_s, steps, left: steps, sums: [0.0; 2], before: None, newest: VibrationCorrection::default() })
+        Ok(Self {
+            rate_gain_s,
+            inertia_gain_s,
+            response: [[1.0, 0.0]; 2],
+            steps,
+            left: steps,
+            sums: [0.0; 2],
+            before: None,
+            newest: VibrationCorrection::default(),
+        })
+    }
+
+    /// With the inverse responses of the observer at the vibration frequency: of α̂′ the real part and the imaginary part over the angular frequency, s, and
+    /// likewise of β̂′; `step_s` as above. All 0: not known.
+    ///
+    /// # Errors
+    /// A number is not finite or out of its range.
+    pub fn with_response(mut self, response: [f64; 4], step_s: f64) -> Result<Self, ConfigError> {
+        for number in response {
+            within("vibration response", number, -1e6, 1e6)?;
+        }
+        if response != [0.0; 4] {
+            let [rate, rate_s, tilt, tilt_s] = response;
+            self.response = [[rate, rate_s / step_s], [tilt, tilt_s / step_s]];
+        }
+        Ok(self)
     }
 
     /// The next step. Between two steps, values and products are the mean of both ends: the relative error is (2πf·step)²/12.
     pub fn update(&mut self, motion: Motion) -> VibrationCorrection {
         let Some(before) = self.before.replace(motion) else { return self.newest };
         let turned_rad = motion.gamma_rad - before.gamma_rad;
-        let product = |m: &Motion| m.alpha_rate_rad_s * libm::sin(m.gamma_rad);
-        let vibration_rad = 0.5 * self.rate_gain_s * (product(&before) + product(&motion))
-            - 0.5 * self.inertia_gain_s * (before.beta_rate_rad_s + motion.beta_rate_rad_s) * turned_rad;
+        let [[rate, rate_change], [tilt, tilt_change]] = self.response;
+        let (sin_before, sin_now) = (libm::sin(before.gamma_rad), libm::sin(motion.gamma_rad));
+        let product = before.alpha_rate_rad_s * sin_before + motion.alpha_rate_rad_s * sin_now;
+        let change = (motion.alpha_rate_rad_s - before.alpha_rate_rad_s) * (sin_before + sin_now);
+        let tilt_rate = 0.5 * tilt * (before.beta_rate_rad_s + motion.beta_rate_rad_s)
+            + tilt_change * (motion.beta_rate_rad_s - before.beta_rate_rad_s);
+        let vibration_rad = 0.5 * self.rate_gain_s * (rate * product + rate_change * change) - self.inertia_gain_s * tilt_rate * turned_rad;
         let values = [0.5 * (before.alpha_rad + motion.alpha_rad), vibration_rad];
         let part = if self.left < 1.0 { self.left } else { 1.0 };
         for (sum, value) in self.sums.iter_mut().zip(values) {

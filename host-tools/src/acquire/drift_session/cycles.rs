@@ -44,6 +44,21 @@ pub struct GyroscopeScales {
 
 /// Interval of the firmware's samples, s.
 const SAMPLE_INTERVAL_S: f64 = 1e-3;
+/// Period of the board clock, s.
+const CLOCK_PERIOD_S: f64 = 1e-7;
+/// Points of a trace in one pulse.
+const TRACE_POINTS: usize = 100;
+/// Most missing rows of a trace, relative.
+const MAX_MISSING_ROWS: f64 = 0.05;
+
+/// Angle and current during a cycle, from the rows of the stream.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CycleTrace {
+    /// Readings of the angle sensor at the ends of equal intervals, V: one more than intervals. Empty if rows are missing.
+    pub angle_V: Vec<f64>,
+    /// Mean current of the torquer in each interval, A.
+    pub current_A: Vec<f64>,
+}
 
 /// A cycle as the firmware reports it: sums over 2 N + 1 codes of the angle sensor, k from −N to N.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +69,7 @@ pub struct ReportedCycle {
     pub position: Orientation,
     /// Sign of the first pulse.
     pub sign: i8,
-    /// Begin in this position, s; by the polling interval.
+    /// Begin by the stand's clock, s; from the rows of the stream, else by the polling interval.
     pub start_s: f64,
     /// Setpoint of the pulse rate, rad/s.
     pub rate_rad_s: f64,
@@ -72,6 +87,8 @@ pub struct ReportedCycle {
     pub corrected_rad_s: f64,
     /// Why the firmware rejected the cycle.
     pub rejection: Option<String>,
+    /// Angle and current during the cycle.
+    pub trace: CycleTrace,
 }
 
 impl ReportedCycle {
@@ -132,11 +149,9 @@ pub async fn set_up(stand: &mut impl StandConnection, plan: &CyclePlan) -> Resul
     let commands = [
         format!("DRIFt:SHAPe {}", plan.shape),
         format!("DRIFt:REVersed {}", if plan.reversed { "ON" } else { "OFF" }),
-        format!("DRIFt:SEQuence {}", plan.sequence),
         format!("DRIFt:DURation {} S", plan.pulse_s),
         format!("DRIFt:PERiod {} S", plan.period_s),
         format!("DRIFt:REST {} S", plan.rest_s),
-        format!("DRIFt:COUNt {}", plan.cycles),
     ];
     for command in commands {
         stand.command(&command).await?;
@@ -144,12 +159,14 @@ pub async fn set_up(stand: &mut impl StandConnection, plan: &CyclePlan) -> Resul
     Ok(())
 }
 
-/// Sends the rate of the pulses.
+/// Sends the rate of the pulses, the number of cycles, and their sequence of signs.
 ///
 /// # Errors
 /// The serial line; the stand rejects the rate.
-pub async fn set_rate(stand: &mut impl StandConnection, rate_rad_s: f64) -> Result<(), ConnectionError> {
-    stand.command(&format!("DRIFt:RATE {rate_rad_s:e} RAD/S")).await
+pub async fn set_rate(stand: &mut impl StandConnection, (rate_rad_s, cycles, sequence): (f64, u32, &str)) -> Result<(), ConnectionError> {
+    stand.command(&format!("DRIFt:SEQuence {sequence}")).await?;
+    stand.command(&format!("DRIFt:RATE {rate_rad_s:e} RAD/S")).await?;
+    stand.command(&format!("DRIFt:COUNt {cycles}")).await
 }
 
 /// Cycles and rows of one position.
@@ -157,11 +174,54 @@ pub async fn set_rate(stand: &mut impl StandConnection, rate_rad_s: f64) -> Resu
 pub struct PositionData {
     /// The cycles.
     pub cycles: Vec<ReportedCycle>,
-    /// The rows of the stream, if it is on.
-    pub rows: Vec<RowFrame>,
+    /// The rows of the stream, if it is on: time, s, then [`CHANNELS`].
+    pub rows: Vec<[f64; 4]>,
+    /// Time of the session at the end, s.
+    pub end_s: f64,
 }
 
-/// Runs the cycles in position `number` with pulses of `rate_rad_s`, which was sent before; `on_state` receives the state of the firmware.
+impl PositionData {
+    /// Adds start and trace of the cycles from the rows, which carry the mark of the firmware: four times the number of the cycle, plus 1 or 2 in its pulses.
+    fn add_traces(&mut self) {
+        for cycle in &mut self.cycles {
+            let is_pulse = |[.., mark]: &[f64; 4]| *mark as u64 / 4 == u64::from(cycle.number) && !(*mark as u64).is_multiple_of(4);
+            let Some(first) = self.rows.iter().position(is_pulse) else { continue };
+            cycle.start_s = self.rows[first][0];
+            let count = 2 * cycle.samples as usize;
+            if cycle.rejection.is_some() || count == 0 {
+                continue;
+            }
+            let place = |time_s: f64| ((time_s - cycle.start_s) / SAMPLE_INTERVAL_S).round() as usize;
+            let mut samples = vec![None; count + 1];
+            for [time_s, angle_V, current_A, _] in self.rows[first..].iter().take_while(|row| place(row[0]) <= count) {
+                samples[place(*time_s)] = (angle_V.is_finite() && current_A.is_finite()).then_some((*angle_V, *current_A));
+            }
+            if samples.iter().filter(|sample| sample.is_none()).count() as f64 <= MAX_MISSING_ROWS * count as f64 {
+                cycle.trace = trace(&samples);
+            }
+        }
+    }
+}
+
+/// The trace of 2 N + 1 samples of angle and current; a missing sample takes the value before.
+fn trace(samples: &[Option<(f64, f64)>]) -> CycleTrace {
+    let mut last = samples.iter().flatten().next().copied().unwrap_or((0.0, 0.0));
+    let filled: Vec<(f64, f64)> = samples
+        .iter()
+        .map(|sample| {
+            last = sample.unwrap_or(last);
+            last
+        })
+        .collect();
+    let group = (filled.len() / 2).div_ceil(TRACE_POINTS).max(1);
+    // An even number of intervals: both pulses.
+    let intervals = (filled.len() - 1) / group / 2 * 2;
+    let current = |k: usize| filled[k * group..(k + 1) * group].iter().map(|(_, current)| current).sum::<f64>() / group as f64;
+    CycleTrace { angle_V: (0..=intervals).map(|k| filled[k * group].0).collect(), current_A: (0..intervals).map(current).collect() }
+}
+
+/// Runs the cycles in position `number` with pulses of `rate_rad_s`, which was sent before; `begin_s` is the time of the session, for cycles without rows;
+/// `on_state` receives the state of the firmware.
 ///
 /// # Errors
 /// The serial line; the stand rejects to start.
@@ -170,13 +230,14 @@ pub async fn measure(
     number: u32,
     position: Orientation,
     rate_rad_s: f64,
+    begin_s: f64,
     mut on_state: impl FnMut(&str),
 ) -> Result<PositionData, ConnectionError> {
     stand.command(&format!("DRIFt:POSition {number}")).await?;
     stand.command("DRIFt:STARt").await?;
     let mut data = PositionData::default();
     let mut last = None;
-    let mut elapsed_s = 0.0;
+    let mut elapsed_s = begin_s;
     loop {
         let state = stand.query("DRIFt:STATe?").await?;
         let reply = stand.query("DRIFt:CYCLe?").await?;
@@ -191,12 +252,21 @@ pub async fn measure(
             data.cycles.push(parse_cycle(&reply, position, rate_rad_s, elapsed_s)?);
         }
         if state.starts_with("IDLE") {
+            data.end_s = elapsed_s;
+            data.rows.extend(stand.wait_s(POLL_S).await?.iter().map(row_values));
+            data.add_traces();
             return Ok(data);
         }
         on_state(&state);
-        data.rows.extend(stand.wait_s(POLL_S).await?);
+        data.rows.extend(stand.wait_s(POLL_S).await?.iter().map(row_values));
         elapsed_s += POLL_S;
     }
+}
+
+/// Time of a row, s, and the values of [`CHANNELS`].
+fn row_values(row: &RowFrame) -> [f64; 4] {
+    let [angle, torquer, mark] = CHANNELS.map(|name| row.value(name).unwrap_or(f64::NAN));
+    [row.at as f64 * CLOCK_PERIOD_S, angle, torquer, mark]
 }
 
 /// Parses a cycle of the firmware, whose reply does not contain position, rate and begin.
@@ -219,12 +289,21 @@ fn parse_cycle(reply: &str, position: Orientation, rate_rad_s: f64, elapsed_s: f
         drift_rad_s: number(10)?,
         corrected_rad_s: number(11)?,
         rejection: (verdict != "good").then_some(verdict),
+        trace: CycleTrace::default(),
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn trace_has_the_instants_of_the_angle_and_the_means_of_the_current() {
+        let samples: Vec<Option<(f64, f64)>> = (0..=1000).map(|k| (k != 7).then_some((f64::from(k), f64::from(k % 5)))).collect();
+        let CycleTrace { angle_V, current_A } = trace(&samples);
+        assert_eq!((angle_V.len(), current_A.len()), (201, 200));
+        assert!(angle_V[10] == 50.0 && current_A[10] == 2.0);
+    }
 
     #[test]
     fn reply_of_the_firmware_is_parsed() {

@@ -13,20 +13,19 @@ use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, ControllerError, flash};
 use hal_sim::gyro::{Orientation, SingleAxis};
 use hal_sim::session::StandSetup;
-use stand_firmware::telemetry::RowFrame;
 
 use crate::acquire::connection::{ConnectionError, SimulatedConnection, StandConnection};
 use crate::acquire::preparation::{latched_fault, query_number};
 use crate::log::{Column, Log, LogError, Note, Notes};
 
-pub use cycles::{CyclePlan, GyroscopeScales, ReportedCycle};
+pub use cycles::{CyclePlan, CycleTrace, GyroscopeScales, ReportedCycle};
 
-/// Period of the board clock, s.
-const CLOCK_PERIOD_S: f64 = 1e-7;
 /// Time after power-on until the simulated stand sends rows, s.
 const SIMULATED_START_S: f64 = 0.1;
 /// Position error at which the drive has reached its setpoint, rad.
 const POSITION_TOLERANCE_RAD: f64 = 5e-4;
+/// The firmware's name of the sequence with both signs.
+const BOTH: &str = "BOTH";
 /// Interval between measurements of the angle while the drive turns the platform, s, and the largest number of them.
 const POSITION_INTERVAL_S: f64 = 0.2;
 const MAX_POSITION_STEPS: usize = 150;
@@ -40,12 +39,55 @@ pub struct DriftSessionRequest {
     pub plan: CyclePlan,
     /// Largest rates of the pulses, rad/s; each runs all cycles.
     pub rates_rad_s: Vec<f64>,
-    /// Positions of the gyroscope in their order.
+    /// Positions of the gyroscope, each once.
     pub positions: Vec<Orientation>,
+    /// Order of the visits to the positions.
+    pub order: VisitOrder,
     /// The stand's drive turns the platform between positions; otherwise the operator does.
     pub turn_by_drive: bool,
     /// The rows of the stream are kept for a log.
     pub keep_rows: bool,
+}
+
+/// Order of the visits to the positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum VisitOrder {
+    /// All positions, then all in reverse: a linear trend of the drift cancels. The cycles of a position are divided between its visits.
+    Abba,
+    /// Each position once.
+    Once,
+}
+
+impl DriftSessionRequest {
+    fn has_both_signs(&self) -> bool {
+        self.plan.sequence == BOTH
+    }
+
+    /// Signs of the pulses in a visit, by its number from 0. A visit of one cycle alternates the sign with the visits: positions are visited once with an even
+    /// and once with an odd number, so that each has both signs, and the sign changes with the time less than the drift.
+    fn sequence(&self, visit: usize, cycles: u32) -> &'static str {
+        match (self.has_both_signs() && cycles == 1 && self.order == VisitOrder::Abba, visit % 2) {
+            (false, _) => self.plan.sequence,
+            (true, 0) => "PLUSminus",
+            (true, _) => "MINusplus",
+        }
+    }
+
+    /// The visits: number of the position, from 0, and cycles at each rate. The last position of the first half is visited once, with the cycles of both visits.
+    pub fn visits(&self) -> Vec<(usize, u32)> {
+        let (count, cycles) = (self.positions.len(), self.plan.cycles);
+        match self.order {
+            VisitOrder::Once => (0..count).map(|position| (position, cycles)).collect(),
+            VisitOrder::Abba => {
+                let half = cycles.div_ceil(2);
+                // Both signs equally often in a visit, where it has more than one cycle.
+                let half = if self.has_both_signs() && half > 1 { (half.next_multiple_of(2)).min(cycles) } else { half };
+                let there = (0..count).map(|position| (position, half));
+                let back = (0..count).rev().map(|position| (position, (cycles - half).max(1)));
+                there.chain(back).collect()
+            }
+        }
+    }
 }
 
 /// Result of a drift session.
@@ -64,10 +106,12 @@ pub struct DriftRecording {
 /// Progress of a drift session.
 #[derive(Debug, Clone, Copy)]
 pub struct DriftSessionProgress<'a> {
+    /// Number of the visit, from 1.
+    pub visit: usize,
+    /// Number of visits.
+    pub visits: usize,
     /// Number of the position, from 1.
     pub position: usize,
-    /// Number of positions.
-    pub positions: usize,
     /// State of the firmware's drift sequence; empty at the start of a position.
     pub state: &'a str,
 }
@@ -120,31 +164,39 @@ pub async fn measure<S: StandConnection>(
         stand.command(command).await?;
     }
     let mut all = DriftRecording { cycles: Vec::new(), scales, rows: Vec::new(), row_positions: Vec::new() };
-    let (mut origin_rad, mut rate_set) = (None, None);
+    let (mut origin_rad, mut set, mut end_s) = (None, None, 0.0);
     let first = request.positions.first().copied().unwrap_or_default();
-    for (k, place) in request.positions.iter().enumerate() {
-        if k > 0 && request.turn_by_drive {
-            drive_to(stand, place.turned_rad - first.turned_rad, &mut origin_rad).await?;
-        } else if k > 0 || place != &Orientation::default() {
-            turn(place, stand).await?;
+    let visits = request.visits();
+    let mut present = None;
+    for (k, (position, cycles)) in visits.iter().enumerate() {
+        let place = &request.positions[*position];
+        if present != Some(*position) {
+            if k > 0 && request.turn_by_drive {
+                drive_to(stand, place.turned_rad - first.turned_rad, &mut origin_rad).await?;
+            } else if k > 0 || place != &Orientation::default() {
+                turn(place, stand).await?;
+            }
+            present = Some(*position);
         }
-        let report = |state: &str| progress(DriftSessionProgress { position: k + 1, positions: request.positions.len(), state });
+        let report = |state: &str| progress(DriftSessionProgress { visit: k + 1, visits: visits.len(), position: position + 1, state });
         report("");
         all.row_positions.push((all.rows.len(), *place));
-        // Every second position runs the rates in reverse, so that a linear trend does not look like an effect of the rate.
+        // Every second visit runs the rates in reverse, so that a linear trend does not look like an effect of the rate.
         let mut rates = request.rates_rad_s.clone();
         if k % 2 == 1 {
             rates.reverse();
         }
         for rate_rad_s in rates {
-            if rate_set != Some(rate_rad_s) {
-                cycles::set_rate(stand, rate_rad_s).await?;
-                rate_set = Some(rate_rad_s);
+            let wanted = (rate_rad_s, *cycles, request.sequence(k, *cycles));
+            if set != Some(wanted) {
+                cycles::set_rate(stand, wanted).await?;
+                set = Some(wanted);
             }
-            let position = cycles::measure(stand, k as u32 + 1, *place, rate_rad_s, report).await?;
-            all.cycles.extend(position.cycles);
+            let data = cycles::measure(stand, *position as u32 + 1, *place, rate_rad_s, end_s, report).await?;
+            end_s = data.end_s;
+            all.cycles.extend(data.cycles);
             if request.keep_rows {
-                all.rows.extend(position.rows.iter().map(row_values));
+                all.rows.extend(&data.rows);
             }
         }
     }
@@ -226,12 +278,6 @@ impl DriftRecording {
     }
 }
 
-/// Time of a row and the values of [`cycles::CHANNELS`].
-fn row_values(row: &RowFrame) -> [f64; 4] {
-    let [angle, torquer, mark] = cycles::CHANNELS.map(|name| row.value(name).unwrap_or(f64::NAN));
-    [row.at as f64 * CLOCK_PERIOD_S, angle, torquer, mark]
-}
-
 /// Turns the platform with the stand's drive to `turned_rad` from its first position. The encoder counts counter-clockwise, azimuths
 /// clockwise.
 async fn drive_to<S: StandConnection>(stand: &mut S, turned_rad: f64, origin_rad: &mut Option<f64>) -> Result<(), DriftSessionError> {
@@ -253,4 +299,48 @@ async fn drive_to<S: StandConnection>(stand: &mut S, turned_rad: f64, origin_rad
         }
     }
     Err(DriftSessionError::NotReached { error_rad })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(cycles: u32, positions: usize) -> DriftSessionRequest {
+        DriftSessionRequest {
+            plan: CyclePlan { shape: "RECTangular", reversed: false, sequence: BOTH, pulse_s: 5.0, period_s: 0.02, rest_s: 4.0, cycles },
+            rates_rad_s: vec![1e-3],
+            positions: vec![Orientation::default(); positions],
+            order: VisitOrder::Abba,
+            turn_by_drive: false,
+            keep_rows: false,
+        }
+    }
+
+    /// Counts the first signs of each position as the firmware runs them.
+    fn signs(request: &DriftSessionRequest) -> Vec<[u32; 2]> {
+        let mut counts = vec![[0; 2]; request.positions.len()];
+        for (k, (position, cycles)) in request.visits().into_iter().enumerate() {
+            match request.sequence(k, cycles) {
+                "PLUSminus" => counts[position][0] += cycles,
+                "MINusplus" => counts[position][1] += cycles,
+                _ => {
+                    counts[position][0] += cycles.div_ceil(2);
+                    counts[position][1] += cycles / 2;
+                }
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn every_position_has_both_signs_equally_often() {
+        for positions in [2, 3, 4] {
+            for cycles in [2, 4, 6, 8, 10] {
+                let counts = signs(&request(cycles, positions));
+                assert!(counts.iter().all(|[plus, minus]| plus == minus && plus + minus == cycles), "{positions} {cycles}: {counts:?}");
+            }
+        }
+        // One cycle becomes two, one of each sign.
+        assert_eq!(signs(&request(1, 2)), [[1, 1], [1, 1]]);
+    }
 }

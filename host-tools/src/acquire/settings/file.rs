@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use stand_firmware::compensation::{Harmonic, MAX_HARMONIC_ORDER, MAX_HARMONICS};
 use stand_firmware::gyro_loop::observer::parameters::{
-    Field as Numbers, GAIN, GAMMA, MOMENT, REGULATOR, SETTLE, STATES, TORQUER, VIBRATION, phi,
+    Field as Numbers, GAIN, GAMMA, MOMENT, REGULATOR, RESPONSE, SETTLE, STATES, TORQUER, VIBRATION, phi,
 };
 use stand_firmware::gyro_loop::observer::{MAX_STATES, ObserverParameters};
 use stand_firmware::settings::{FIELDS, Field, Kept};
@@ -82,6 +82,7 @@ pub fn text(settings: &StandSettings, identity: &str, date: &str) -> String {
     let _ = writeln!(text, "regulator = {} # N m", list(REGULATOR));
     let _ = writeln!(text, "torquer_N_m_A = {:?}\nsettle_s = {:?}", observer.value(TORQUER), observer.value(SETTLE));
     let _ = writeln!(text, "vibration = {} # seconds of whole periods; H/k, s; (Jx-Jz)/k, s2", list(VIBRATION));
+    let _ = writeln!(text, "response = {} # of the observer at the vibration frequency; zeros: not known", list(RESPONSE));
     text
 }
 
@@ -193,7 +194,7 @@ fn harmonics(value: &Value) -> Result<Vec<Harmonic>, FileError> {
 }
 
 fn observer(table: &Table) -> Result<ObserverParameters, FileError> {
-    let keys = ["states", "moment", "phi", "gamma", "gain", "regulator", "torquer_N_m_A", "settle_s", "vibration"];
+    let keys = ["states", "moment", "phi", "gamma", "gain", "regulator", "torquer_N_m_A", "settle_s", "vibration", "response"];
     known(table, "observer.", &keys)?;
     let get = |name: &str| {
         let key = format!("observer.{name}");
@@ -228,6 +229,10 @@ fn observer(table: &Table) -> Result<ObserverParameters, FileError> {
     {
         let (key, value) = get(name)?;
         fill(&key, value, field, count)?;
+    }
+    // Files of earlier versions do not have it.
+    if let Ok((key, value)) = get("response") {
+        fill(&key, value, RESPONSE, RESPONSE.count)?;
     }
     // 0: not set, as after `OBServer:NEW`; otherwise the console's range.
     let (key, value) = get("torquer_N_m_A")?;

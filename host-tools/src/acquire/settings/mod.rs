@@ -8,7 +8,7 @@ pub mod file;
 
 use stand_firmware::compensation::{Harmonic, Harmonics};
 use stand_firmware::config::ConfigError;
-use stand_firmware::gyro_loop::observer::parameters::{GAIN, GAMMA, MOMENT, REGULATOR, SETTLE, STATES, TORQUER, VIBRATION, phi};
+use stand_firmware::gyro_loop::observer::parameters::{GAIN, GAMMA, MOMENT, REGULATOR, RESPONSE, SETTLE, STATES, TORQUER, VIBRATION, phi};
 use stand_firmware::gyro_loop::observer::{MAX_STATES, ObserverParameters};
 use stand_firmware::settings::{Field, Kept};
 
@@ -21,8 +21,8 @@ const DRIVE_BITS: u32 = 1 | 256 | 512;
 /// The setting with a command of its own, whose range is that of the drive in force.
 pub(crate) const COULOMB: &str = "coulomb_N_m";
 /// Fields of an observer beside Φ.
-const OBSERVER_FIELDS: [stand_firmware::gyro_loop::observer::parameters::Field; 8] =
-    [STATES, MOMENT, GAMMA, GAIN, REGULATOR, TORQUER, SETTLE, VIBRATION];
+const OBSERVER_FIELDS: [stand_firmware::gyro_loop::observer::parameters::Field; 9] =
+    [STATES, MOMENT, GAMMA, GAIN, REGULATOR, TORQUER, SETTLE, VIBRATION, RESPONSE];
 
 /// A setting of a stand.
 #[derive(Debug, Clone, PartialEq)]
@@ -281,6 +281,7 @@ impl StandSettings {
                     "TORQuer" => TORQUER,
                     "SETTle" => SETTLE,
                     "VIBRation" => VIBRATION,
+                    "RESPonse" => RESPONSE,
                     _ => return None,
                 };
                 self.observer.get_mut(field).get_mut(..numbers.len())?.copy_from_slice(&numbers);
@@ -317,6 +318,7 @@ impl StandSettings {
         }
         commands.push(format!("OBServer:SETTle {:e} S", observer.value(SETTLE)));
         commands.push(format!("OBServer:VIBRation {}", list(observer.get(VIBRATION))));
+        commands.push(format!("OBServer:RESPonse {}", list(observer.get(RESPONSE))));
         commands
     }
 

@@ -5,6 +5,7 @@ use clap::Args;
 use super::options::{DesignOptions, ElementOptions, ObserverKind};
 use crate::command::error::CliError;
 use crate::command::output::ReportOutput;
+use crate::observer::moment::{Harmonic, Moment, Random};
 use crate::observer::side_by_side::{ClosedLoop, simulate};
 use crate::observer::{Disturbance, ObserverError, Regulator, SideBySide};
 use crate::report::observer::{simulate_html, simulate_json, simulate_text};
@@ -22,6 +23,15 @@ pub(in crate::command) struct Simulate {
     /// Constant moment from t = 0, N m
     #[arg(long, value_name = "N_M", default_value_t = 1e-5, allow_negative_numbers = true)]
     moment: f64,
+    /// Harmonic moment in addition: amplitude, N m, and frequency, Hz
+    #[arg(long, value_name = "N_M,HZ", value_delimiter = ',', allow_negative_numbers = true)]
+    moment_harmonic: Vec<f64>,
+    /// Random moment in addition: standard deviation, N m, and correlation time, s
+    #[arg(long, value_name = "N_M,S", value_delimiter = ',', allow_negative_numbers = true)]
+    moment_random: Vec<f64>,
+    /// Seed of the random moment
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
     /// Duration of the simulation, s
     #[arg(long, value_name = "S", default_value_t = 3.0, allow_negative_numbers = true)]
     seconds: f64,
@@ -54,14 +64,42 @@ impl Simulate {
             ));
         }
         let astatic = self.design.request(plant, Some(ObserverKind::Integral), None)?.design()?;
-        let disturbed = Disturbance { angle_rad: self.angle, moment_N_m: self.moment };
+        let disturbed = Disturbance { angle_rad: self.angle, moment: self.disturbing_moment()? };
         let regulator = Regulator { angle_N_m_rad: self.regulator_angle, rate_N_m_s_rad: self.regulator_rate };
         let closed_loop = ClosedLoop { regulator, seconds: self.loop_seconds };
-        let runs = [&fixed, &astatic].map(|design| simulate(design, disturbed, self.seconds, self.step, closed_loop));
-        let beside = SideBySide { designs: [&fixed, &astatic], runs: [&runs[0], &runs[1]], disturbed };
+        let run = |design| simulate(design, disturbed, self.seconds, self.step, closed_loop);
+        let (first, second) = (run(&fixed)?, run(&astatic)?);
+        let beside = SideBySide { designs: [&fixed, &astatic], runs: [&first, &second], disturbed };
         self.output.text(&simulate_text(&beside))?;
         self.output.json(|| simulate_json(&beside))?;
         self.output.html(|| simulate_html(&beside))
+    }
+
+    fn disturbing_moment(&self) -> Result<Moment, ObserverError> {
+        let positive = |name: &str, value: f64| {
+            let is_valid = value.is_finite() && value > 0.0;
+            is_valid.then_some(value).ok_or_else(|| ObserverError::Option(format!("{name} {value}: must be above 0")))
+        };
+        let two = |name: &str, numbers: &[f64]| match numbers {
+            [] => Ok(None),
+            [first, second] => Ok(Some((positive(name, *first)?, positive(name, *second)?))),
+            _ => Err(ObserverError::Option(format!("{name}: give two numbers, separated by a comma"))),
+        };
+        let harmonic = two("--moment-harmonic", &self.moment_harmonic)?;
+        let random = two("--moment-random", &self.moment_random)?;
+        if let Some((_, frequency_Hz)) = harmonic
+            && frequency_Hz * self.step > 0.1
+        {
+            return Err(ObserverError::Option(format!(
+                "--moment-harmonic: {frequency_Hz} Hz needs a --step below {} s, ten steps of a period",
+                0.1 / frequency_Hz
+            )));
+        }
+        Ok(Moment {
+            constant_N_m: self.moment,
+            harmonic: harmonic.map(|(amplitude_N_m, frequency_Hz)| Harmonic { amplitude_N_m, frequency_Hz }),
+            random: random.map(|(sigma_N_m, correlation_s)| Random { sigma_N_m, correlation_s, seed: self.seed }),
+        })
     }
 
     fn check_values(&self) -> Result<(), ObserverError> {

@@ -35,7 +35,7 @@ pub fn curve(answer: &Answer, display: &Display) -> Drawing {
     plot.lines(&[points.iter().map(|p| (tau(p), log(p.within_95[1]))).chain(below).collect()], "band");
     let reach = |x: f64| (x, 10_f64.powf(x));
     for (p, process) in PROCESSES.iter().enumerate() {
-        let Some(value) = answer.coefficients[p].value else { continue };
+        let Some(value) = answer.coefficients[p].estimate.map(|estimate| estimate.value) else { continue };
         let y = |tau_s: f64| log(value * part(p, tau_s).sqrt());
         // Points outside the frame are omitted; clipped lines would run along the frame.
         let inside = |y: f64| y >= low.floor() && y <= high.ceil().max(low.floor() + 1.0);

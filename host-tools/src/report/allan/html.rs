@@ -2,11 +2,12 @@
 
 use super::Display;
 use super::curve::curve;
-use super::words::{density, facts, name, note, title, value};
+use super::words::{CONDITIONS, density, facts, name, note, standard, title, value};
 use crate::allan::MAX_RELATIVE_TAU;
 use crate::allan::answer::{Answer, WHITE};
 use crate::allan::units::PROCESSES;
 use crate::report::html::{Cell, Class, Markup, Page, Table};
+use crate::report::uncertainty::FOOTNOTE;
 use crate::report::{grouped, significant};
 
 /// Terms of the page.
@@ -35,7 +36,7 @@ pub fn html(answer: &Answer, display: &Display) -> String {
     let mut page = Page::new(&format!("Allan deviation of {}, {}", answer.column, answer.log));
     page.paragraph(Class::Lead, title(answer).as_str());
     for found in &answer.notes {
-        page.paragraph(Class::Warning, note(found).as_str());
+        page.paragraph(Class::Warning, note(found, display).as_str());
     }
     let caption = [
         ("modelled", "overlapping Allan deviation"),
@@ -46,19 +47,27 @@ pub fn html(answer: &Answer, display: &Display) -> String {
     ];
     page.figure(&curve(answer, display), Markup::joined(caption.map(|(class, label)| Markup::swatch(class, label)), ", "));
     page.section("Coefficients", |page| {
-        let mut table = Table::new(["process", "symbol", "value ± 1σ", "slope of σ(τ)"]);
+        let mut table = Table::new(["process", "symbol", "value ± U", "slope of σ(τ)", "standard"]);
         for (p, process) in PROCESSES.iter().enumerate() {
             let mut shown = Markup::from(value(answer, display, p).as_str());
             if let (WHITE, Some(density)) = (p, density(answer, display)) {
                 shown = shown.then_line(density.as_str());
             }
-            let cells = [Cell::text(name(answer, process)), Cell::text(process.letter), Cell::text(shown), Cell::text(process.slope)];
-            match answer.coefficients[p].value {
+            let cells = [
+                Cell::text(name(answer, process)),
+                Cell::text(process.letter),
+                Cell::text(shown),
+                Cell::text(process.slope),
+                Cell::text(standard(p)),
+            ];
+            match answer.coefficients[p].estimate {
                 Some(_) => table.row(cells),
                 None => table.row_of(Class::Faint, cells),
             }
         }
         page.table(table);
+        page.text(FOOTNOTE);
+        page.text(CONDITIONS);
         for line in facts(answer, display) {
             page.text(line.as_str());
         }

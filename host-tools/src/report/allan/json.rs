@@ -4,10 +4,11 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::Display;
-use super::words::{not_shown, note};
-use crate::allan::answer::{Answer, Interpretation, Lowest, WHITE};
-use crate::allan::units::PROCESSES;
+use super::words::{name, not_shown, note, standard};
+use crate::allan::answer::{Answer, Interpretation, LevelStep, Lowest, Note, WHITE};
+use crate::allan::units::{PROCESSES, Process};
 use crate::report::json::{Entries, value};
+use crate::report::uncertainty::QuantityJson;
 
 /// The answer: lists over the averaging times in SI units; coefficients in both units.
 #[derive(Serialize)]
@@ -18,6 +19,7 @@ struct AnswerJson<'a> {
     taken_as: &'static str,
     samples: usize,
     interval_s: f64,
+    elapsed_per_row_s: f64,
     duration_s: f64,
     segments: usize,
     missing_samples: f64,
@@ -42,6 +44,9 @@ struct AnswerJson<'a> {
     /// Coefficients in the unit of the column.
     coefficients: Entries<CoefficientJson>,
     lowest: Option<LowestJson>,
+    /// By the names of the standards, in the units of the user.
+    quantities: Vec<QuantityJson>,
+    steps: Vec<StepJson>,
     says: Vec<String>,
 }
 
@@ -49,6 +54,11 @@ struct AnswerJson<'a> {
 struct CoefficientJson {
     value: Option<f64>,
     sigma: Option<f64>,
+    dof: Option<f64>,
+    k: Option<f64>,
+    #[serde(rename = "U")]
+    expanded: Option<f64>,
+    interval_95: Option<[f64; 2]>,
     unit: String,
     #[serde(flatten)]
     absence: Option<AbsenceJson>,
@@ -69,6 +79,8 @@ struct LowestJson {
     oadev: f64,
     over_0_664: f64,
     sigma: f64,
+    #[serde(rename = "U")]
+    expanded: f64,
     unit: String,
     inside: bool,
 }
@@ -86,6 +98,7 @@ pub fn json(answer: &Answer, display: &Display) -> Value {
         },
         samples: answer.rows,
         interval_s: answer.interval_s,
+        elapsed_per_row_s: answer.elapsed_s,
         duration_s: answer.duration_s(),
         segments: answer.segments,
         missing_samples: answer.missing,
@@ -107,8 +120,31 @@ pub fn json(answer: &Answer, display: &Display) -> Value {
         density_one_sided: densities(answer, display),
         coefficients: in_column_unit(answer, display),
         lowest: answer.lowest.map(|l| lowest(display, l)),
-        says: answer.notes.iter().map(note).collect(),
+        quantities: quantities(answer, display),
+        steps: steps(answer),
+        says: answer.notes.iter().map(|found| note(found, display)).collect(),
     })
+}
+
+/// A step of the level, in the column's unit.
+#[derive(Serialize)]
+struct StepJson {
+    t_s: f64,
+    size: f64,
+}
+
+fn steps(answer: &Answer) -> Vec<StepJson> {
+    let of = |note: &Note| if let Note::Steps(steps) = note { steps.clone() } else { Vec::new() };
+    answer.notes.iter().flat_map(of).map(|LevelStep { t_s, size }| StepJson { t_s, size }).collect()
+}
+
+/// The coefficients that the record shows.
+fn quantities(answer: &Answer, display: &Display) -> Vec<QuantityJson> {
+    let shown = |(p, process): (usize, &Process)| {
+        let estimate = answer.coefficients[p].estimate?;
+        Some(QuantityJson::new(name(answer, process), standard(p), &estimate, display.coefficient(p)))
+    };
+    PROCESSES.iter().enumerate().filter_map(shown).collect()
 }
 
 fn in_degrees(answer: &Answer, display: &Display) -> Entries<CoefficientJson> {
@@ -118,7 +154,8 @@ fn in_degrees(answer: &Answer, display: &Display) -> Entries<CoefficientJson> {
             Some(scale) => coefficient(answer, display, p, scale, unit),
             None => {
                 let says = "the column is not a rate: see coefficients".to_owned();
-                CoefficientJson { value: None, sigma: None, unit, absence: Some(AbsenceJson { below: None, says }) }
+                let absence = Some(AbsenceJson { below: None, says });
+                CoefficientJson { value: None, sigma: None, dof: None, k: None, expanded: None, interval_95: None, unit, absence }
             }
         };
         (process.deg_key.to_owned(), entry)
@@ -150,9 +187,14 @@ fn densities(answer: &Answer, display: &Display) -> Entries<CoefficientJson> {
 fn coefficient(answer: &Answer, display: &Display, p: usize, scale: f64, unit: String) -> CoefficientJson {
     let coefficient = &answer.coefficients[p];
     let scaled = |x: Option<f64>| x.map(|x| x * scale);
+    let uncertainty = coefficient.estimate.and_then(|found| found.uncertainty);
     CoefficientJson {
-        value: scaled(coefficient.value),
-        sigma: scaled(coefficient.sigma),
+        value: scaled(coefficient.estimate.map(|found| found.value)),
+        sigma: scaled(uncertainty.map(|u| u.u)),
+        dof: uncertainty.map(|u| u.dof),
+        k: uncertainty.map(|u| u.k),
+        expanded: scaled(uncertainty.map(|u| u.expanded())),
+        interval_95: coefficient.within_95.map(|range| range.map(|end| end * scale)),
         unit,
         absence: not_shown(answer, display, p).map(|says| AbsenceJson { below: Some(scaled(coefficient.below)), says }),
     }
@@ -164,7 +206,8 @@ fn lowest(display: &Display, lowest: Lowest) -> LowestJson {
         tau_s: lowest.tau_s,
         oadev: lowest.oadev * scale,
         over_0_664: lowest.over_floor * scale,
-        sigma: lowest.sigma * scale,
+        sigma: lowest.uncertainty.u * scale,
+        expanded: lowest.uncertainty.expanded() * scale,
         unit,
         inside: lowest.inside,
     }

@@ -1,10 +1,11 @@
 //! Allan analysis as text for a terminal.
 
 use super::Display;
-use super::words::{density, facts, name, note, title, value};
+use super::words::{CONDITIONS, density, facts, name, note, title, value};
 use crate::allan::MAX_RELATIVE_TAU;
 use crate::allan::answer::{Answer, WHITE};
 use crate::allan::units::PROCESSES;
+use crate::report::uncertainty::FOOTNOTE;
 use crate::report::{grouped, significant};
 
 /// Coefficients with their standard uncertainties, remarks, and a table of the curve.
@@ -16,8 +17,8 @@ pub fn text(answer: &Answer, display: &Display) -> String {
             out += &format!("  {:<21} {density}\n", "");
         }
     }
-    out += "  ± is 1 standard uncertainty\n";
-    for line in facts(answer, display).into_iter().chain(answer.notes.iter().map(note)) {
+    out += &format!("  {FOOTNOTE}\n  {CONDITIONS}\n");
+    for line in facts(answer, display).into_iter().chain(answer.notes.iter().map(|found| note(found, display))) {
         out += &line;
         out.push('\n');
     }

@@ -5,10 +5,25 @@ use crate::allan::FLOOR;
 use crate::allan::answer::{Answer, FLICKER, Interpretation, NotShown, Note, WHITE};
 use crate::allan::time_stamps::TimingNote;
 use crate::allan::units::{PROCESSES, Process, Unit};
+use crate::report::uncertainty::estimate;
 use crate::report::{grouped, log_warning, plain, significant, with_sigma};
 
 /// Rows that a fit of coefficients needs.
 const ROWS_FOR_COEFFICIENTS: usize = 80;
+
+/// What the intervals depend on.
+pub(super) const CONDITIONS: &str = "The intervals are conditional on the noise model: stationary noise of these five processes; they contain that the processes can replace each other.";
+
+/// Standard and clause of a coefficient.
+pub(super) fn standard(p: usize) -> &'static str {
+    [
+        "IEEE 952, annex C: quantization noise",
+        "IEEE 952, annex C: angle random walk",
+        "IEEE 952, annex C: bias instability",
+        "IEEE 952, annex C: rate random walk",
+        "IEEE 952, annex C: rate ramp",
+    ][p]
+}
 
 /// The reason why coefficient `p` has no value; `None` if it has one.
 pub(super) fn not_shown(answer: &Answer, display: &Display, p: usize) -> Option<String> {
@@ -40,11 +55,13 @@ fn no_coefficients(reason: NotShown) -> String {
         }
         NotShown::ZeroVariance => "the curve reaches zero and cannot be fitted".to_owned(),
         NotShown::NotSignificant { .. } => "not significant in this record".to_owned(),
+        NotShown::Transient => "not given: the record begins with a transient, which imitates slow noise".to_owned(),
+        NotShown::ManySteps => "not given: the level steps too often".to_owned(),
     }
 }
 
 /// A remark about the record or the fit.
-pub(super) fn note(note: &Note) -> String {
+pub(super) fn note(note: &Note, display: &Display) -> String {
     match note {
         Note::Log(warning) => log_warning(warning),
         Note::Timing(TimingNote::Scatter { relative }) => {
@@ -63,9 +80,44 @@ pub(super) fn note(note: &Note) -> String {
             if *count == 1 { "gap" } else { "gaps" },
             missing.round().max(1.0)
         ),
+        Note::Timing(TimingNote::LostRows { count, elapsed }) => format!(
+            "about {} single rows are lost: averaging times count the rows that are there; the elapsed time is {} times as long, which K and R consider",
+            count.round(),
+            significant(*elapsed, 4)
+        ),
+        Note::Timing(TimingNote::RateChange { interval_s, used_s: [from_s, to_s] }) => format!(
+            "the sampling interval changes: only the longest stretch of one interval is analysed, {} s to {} s at {} s; --from and --to choose another one",
+            plain(*from_s, 6),
+            plain(*to_s, 6),
+            plain(*interval_s, 6)
+        ),
+        Note::Steps(steps) => {
+            let scale = display.deviation();
+            let shown: Vec<String> = steps
+                .iter()
+                .map(|step| format!("{} {} at {} s", significant(step.size * scale.factor, 3), scale.unit, plain(step.t_s, 6)))
+                .collect();
+            format!(
+                "the level steps, which no noise of these processes does (probability below 1e-4): {}; the record is divided there, and no difference crosses a step",
+                shown.join(", ")
+            )
+        }
+        Note::Transient { time_constant_s, size, from_s } => {
+            let scale = display.deviation();
+            format!(
+                "a transient at the beginning, such as a warm-up: about {} {} with a time constant of {} s; it would be taken for slow noise, so B, K and R are not given; `--from {}` leaves it out",
+                significant(size * scale.factor, 2),
+                scale.unit,
+                significant(*time_constant_s, 2),
+                plain(from_s.ceil(), 6)
+            )
+        }
+        Note::SlowNoiseTogether => {
+            "slow noise is significant, but this record does not tell flicker noise, random walk and ramp apart: only their limits are given".to_owned()
+        }
         Note::NoCoefficients(reason) => no_coefficients(*reason),
         Note::Unexplained { misfit } => format!(
-            "the five processes do not explain this curve: χ² is {} per degree of freedom, and the uncertainties are multiplied by its square root. Possible causes: vibration, a periodic signal or steps in the record",
+            "the five processes do not explain this curve: χ² is {} per degree of freedom, and the intervals are widened by its square root. Possible causes: vibration, a periodic signal or steps in the record",
             significant(*misfit, 3)
         ),
         Note::ShortTimesOmitted { below_s } => format!(
@@ -97,22 +149,21 @@ pub(super) fn name(answer: &Answer, process: &Process) -> &'static str {
 pub(super) fn value(answer: &Answer, display: &Display, p: usize) -> String {
     let (coefficient, process) = (&answer.coefficients[p], &PROCESSES[p]);
     let (scale, unit) = (display.coefficient(p).factor, &display.coefficient(p).unit);
-    match (coefficient.value, coefficient.sigma) {
-        (Some(value), Some(sigma)) => {
-            let floor = if process.letter == "B" {
-                format!("; floor of the curve 0.664 B = {} {unit}", significant(FLOOR * value * scale, 3))
-            } else {
-                String::new()
-            };
-            format!("{} {unit}{floor}", with_sigma(value * scale, sigma * scale))
-        }
-        _ => not_shown(answer, display, p).unwrap_or_default(),
-    }
+    let Some(found) = &coefficient.estimate else { return not_shown(answer, display, p).unwrap_or_default() };
+    let floor = if process.letter == "B" {
+        format!("; floor of the curve 0.664 B = {} {unit}", significant(FLOOR * found.value * scale, 3))
+    } else {
+        String::new()
+    };
+    let range = coefficient.within_95.map_or(String::new(), |[low, high]| {
+        format!(", 95 % between {} and {} {unit}", significant(low * scale, 3), significant(high * scale, 3))
+    });
+    format!("{}{range}{floor}", estimate(found, display.coefficient(p)))
 }
 
 /// One-sided noise density √2 N in the units of data sheets.
 pub(super) fn density(answer: &Answer, display: &Display) -> Option<String> {
-    let shown = std::f64::consts::SQRT_2 * answer.coefficients[WHITE].value?;
+    let shown = std::f64::consts::SQRT_2 * answer.coefficients[WHITE].estimate?.value;
     let each: Vec<String> =
         display.densities().iter().map(|scale| format!("{} {}", significant(shown * scale.factor, 4), scale.unit)).collect();
     Some(format!("one-sided density √2 N = {}", each.join(" = ")))
@@ -125,12 +176,15 @@ fn lowest(answer: &Answer, display: &Display) -> Option<String> {
     Some(if found.inside {
         format!(
             "{low}, over 0.664: {} {unit} (bias instability as defined in data sheets{})",
-            with_sigma(found.over_floor * scale, found.sigma * scale),
-            if answer.coefficients[FLICKER].value.is_some() { ", includes the other processes" } else { "" }
+            with_sigma(found.over_floor * scale, found.uncertainty.expanded() * scale),
+            if answer.coefficients[FLICKER].estimate.is_some() { ", includes the other processes" } else { "" }
         )
     } else {
-        let floor =
-            if answer.coefficients[FLICKER].value.is_some() { "the curve still decreases towards 0.664 B" } else { "no floor is visible" };
+        let floor = if answer.coefficients[FLICKER].estimate.is_some() {
+            "the curve still decreases towards 0.664 B"
+        } else {
+            "no floor is visible"
+        };
         format!("{low}, at the end of the range used: {floor}")
     })
 }

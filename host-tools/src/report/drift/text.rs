@@ -1,51 +1,44 @@
 //! Results of the drift measurement for a terminal.
 
-use super::{defect, warning};
-use crate::drift::estimate::Estimate;
+use super::display::{Display, OWN_DRIFT_NAMES};
+use super::words::{QUIET, defect, warning};
 use crate::drift::measurement::SeparatedDrift;
 use crate::drift::platform::PlatformResult;
 use crate::drift::pulse_advice::PulseAdvice;
 use crate::drift::{DEG_H, DriftResult, Measurement};
-use crate::report::{plain, significant, with_sigma};
+use crate::report::uncertainty::{FOOTNOTE, estimate};
+use crate::report::units::Units;
+use crate::report::{plain, significant};
 
-/// `name value ± σ unit`, the estimate divided by `scale`.
-fn line(name: &str, unit: &str, estimate: &Estimate, scale: f64) -> String {
-    let shown = match estimate.sigma {
-        Some(sigma) => format!("{} {unit} (1σ)", with_sigma(estimate.value / scale, sigma / scale)),
-        None => format!("{} {unit}", significant(estimate.value / scale, 5)),
-    };
-    format!("{name} {shown}")
+/// Names of the axes behind a quantity.
+pub(super) fn axis_names(found: &SeparatedDrift) -> &'static [&'static str] {
+    if found.own_rad_s.len() == 3 { &[" x", " y", " z"] } else { &[""] }
 }
 
 /// Own drift, apparent drift, azimuth and further results.
-pub(super) fn drift_lines(found: &SeparatedDrift) -> Vec<String> {
-    let axes: &[&str] = if found.own_rad_s.len() == 3 { &[" x", " y", " z"] } else { &[""] };
+pub(super) fn drift_lines(found: &SeparatedDrift, display: &Display) -> Vec<String> {
+    let axes = axis_names(found);
     let mut lines = Vec::new();
-    for (axis, estimate) in axes.iter().zip(&found.own_rad_s) {
-        lines.push(line(&format!("own drift{axis}"), "°/h", estimate, DEG_H));
+    for (axis, own) in axes.iter().zip(&found.own_rad_s) {
+        lines.push(format!("own drift{axis} {}", estimate(own, &display.rate)));
     }
-    for (axis, estimate) in axes.iter().zip(&found.apparent_rad_s) {
-        lines.push(line(&format!("apparent drift{axis}"), "°/h", estimate, DEG_H));
+    for (axis, apparent) in axes.iter().zip(&found.apparent_rad_s) {
+        lines.push(format!("apparent drift{axis} {}", estimate(apparent, &display.rate)));
     }
     match &found.azimuth_rad {
         Some(azimuth) => {
             let second = found.second_azimuth_rad();
             let second = second.map(|second| format!(", or {}: positions 0,90,180,270 decide", plain(second.to_degrees(), 5)));
-            lines.push(line("azimuth", "°", azimuth, 1_f64.to_radians()) + &second.unwrap_or_default());
+            lines.push(format!("azimuth {}{}", estimate(azimuth, &display.angle), second.unwrap_or_default()));
         }
         None => lines.push("azimuth not determined: needs the latitude, and an apparent drift below the horizontal Earth rate".to_owned()),
     }
-    if found.own_rad_s.iter().all(|estimate| estimate.sigma.is_none()) {
-        lines.push("no uncertainty: needs two cycles of each sequence in each position".to_owned());
-    }
     for (axis, inequality) in axes.iter().zip(&found.inequality) {
-        let excess = inequality.excess;
-        let percent = Estimate { value: 100.0 * excess.value, sigma: excess.sigma.map(|sigma| 100.0 * sigma) };
-        lines.push(line(&format!("by two amplitudes, corrected: negative pulses{axis} stronger by"), "%", &percent, 1.0));
+        lines.push(format!("by two amplitudes, corrected: negative pulses{axis} stronger by {}", estimate(inequality, &display.percent)));
     }
     if let Some(fit) = &found.position_fit {
-        for (estimate, axis) in fit.g_dependent.iter().zip(["sensitive", "output", "spin"]) {
-            lines.extend(estimate.as_ref().map(|estimate| line(&format!("drift by g along the {axis} axis"), "°/h/g", estimate, DEG_H)));
+        for (found, axis) in fit.g_dependent.iter().zip(["sensitive", "output", "spin"]) {
+            lines.extend(found.as_ref().map(|found| format!("drift by g along the {axis} axis {}", estimate(found, &display.per_g))));
         }
     }
     lines
@@ -58,22 +51,32 @@ pub(super) fn defect_lines(measurement: &Measurement) -> Vec<String> {
 }
 
 /// The result of a measurement.
-pub fn text(result: &DriftResult) -> String {
+pub fn text(result: &DriftResult, units: Units) -> String {
+    let display = Display::new(units);
     let m = &result.measurement;
     let valid = m.valid_cycles();
     let pulse_s = valid.first().map_or(0.0, |cycle| cycle.integral.pulse_s);
     let mut out = format!("{}: {} of {} cycles used, pulses of {} s\n", m.name, valid.len(), m.cycles.len(), plain(pulse_s, 5));
-    for line in drift_lines(&result.corrected) {
+    for line in drift_lines(&result.corrected, &display) {
         out += &format!("  {line}\n");
+    }
+    for (axis, movement) in axis_names(&result.corrected).iter().zip(&result.corrected.movement) {
+        if let Some(trend) = movement.trend {
+            out += &format!("  trend of the drift{axis} {}\n", estimate(&trend, &display.ramp));
+        }
     }
     if let Some(rate_rad_s) = result.reference_rad_s {
         out += &format!("  torquer rate by the unswitched sums {} °/s\n", significant(rate_rad_s.to_degrees(), 5));
     }
+    if result.corrected.own_rad_s.iter().all(|own| own.uncertainty.is_none()) {
+        out += "  no uncertainty: needs more cycles than own and apparent drift, lag, trend and unequal pulses together\n";
+    }
+    out += &format!("  {OWN_DRIFT_NAMES}\n  {FOOTNOTE}\n");
     out += "without corrections:\n";
-    for line in drift_lines(&result.uncorrected) {
+    for line in drift_lines(&result.uncorrected, &display) {
         out += &format!("  {line}\n");
     }
-    for line in defect_lines(m).into_iter().chain(m.warnings.iter().map(warning)) {
+    for line in defect_lines(m).into_iter().chain(result.warnings.iter().map(warning)) {
         out += &format!("{line}\n");
     }
     out
@@ -97,19 +100,30 @@ pub fn advice_text(log: &str, advice: &PulseAdvice) -> String {
     out
 }
 
-/// Bias and scale of a rate gyro on the platform.
-pub fn platform_text(log: &str, result: &PlatformResult) -> String {
-    let shown = |estimate: Estimate| match estimate.sigma {
-        Some(sigma) => with_sigma(estimate.value, sigma),
-        None => significant(estimate.value, 7),
+/// Bias, scale and lag of a rate gyro on the platform.
+pub fn platform_text(log: &str, result: &PlatformResult, units: Units) -> String {
+    let display = Display::for_platform(units);
+    let valid = result.cycles.iter().filter(|cycle| cycle.defect.is_none()).count();
+    let mut out = format!("{log}: {valid} of {} cycles used, pulses of {} s\n", result.cycles.len(), plain(result.pulse_s, 4));
+    let earth = if result.without_earth_rate {
+        ", without the Earth rate"
+    } else {
+        ", with the Earth rate along the axis (--latitude subtracts it)"
     };
-    let label = |estimate: Estimate| if estimate.sigma.is_some() { " (1σ)" } else { "" };
-    format!(
-        "{log}: {} cycles\n  bias  {} rad/s{}\n  scale {}{}\n",
-        result.cycles.len(),
-        shown(result.bias_rad_s),
-        label(result.bias_rad_s),
-        shown(result.scale),
-        label(result.scale)
-    )
+    out += &format!("  bias  {}{earth}\n", estimate(&result.bias_rad_s, &display.rate));
+    out += &format!("  scale {}\n", estimate(&result.scale, &display.one));
+    if let Some(lag) = &result.lag_s {
+        out += &format!("  lag   {}\n", estimate(lag, &display.milliseconds));
+    }
+    if result.budgets.is_none() {
+        out += "  no uncertainty: needs more cycles than bias, lag and trend together\n";
+    }
+    if result.is_quiet {
+        out += &format!("  {QUIET}\n");
+    }
+    for cycle in result.cycles.iter().filter(|cycle| cycle.defect.is_some()) {
+        let reason = cycle.defect.as_ref().map(defect).unwrap_or_default();
+        out += &format!("  cycle at {} s is not used: {reason}\n", plain(cycle.start_s, 5));
+    }
+    out + &format!("  {FOOTNOTE}\n")
 }

@@ -1,20 +1,31 @@
 //! Words for the enums of the drift measurement.
 
-use crate::drift::DriftError;
 use crate::drift::cycle::CycleDefect;
 use crate::drift::error::{NoCycleReason, PositionParameter};
 use crate::drift::error_budget::ErrorSource;
-use crate::drift::measurement::DriftWarning;
-use crate::report::log_warning;
+use crate::drift::measurement::{DriftWarning, SetupPart};
+use crate::drift::platform::PlatformSource;
+use crate::drift::{DEG_H, DriftError};
+use crate::report::uncertainty::with_expanded;
+use crate::report::units::Scale;
+use crate::report::{listed, log_warning, plain, significant};
+
+/// Seconds of an hour.
+const HOUR_S: f64 = 3600.0;
+
+/// Remark of the platform method.
+pub(super) const QUIET: &str = "the reading at rest is constant: the gyro's noise is below its resolution, and constant readings in the pulses do not show whether it is clipped";
 
 /// Name of a source of uncertainty.
 pub(super) fn source(source: ErrorSource) -> &'static str {
     match source {
-        ErrorSource::CycleScatter => "scatter of the cycles",
+        ErrorSource::CycleScatter => "scatter of the cycles and visits, with the movement of the drift",
         ErrorSource::Turn => "turn between the positions",
         ErrorSource::Level => "level",
         ErrorSource::AngleGain => "gain of the angle sensor",
-        ErrorSource::PulseInequality => "unequal pulses, by two amplitudes",
+        ErrorSource::TorquerGain => "gain of the torquer, in the correction by the current",
+        ErrorSource::Latitude => "latitude",
+        ErrorSource::TorquerAsymmetry => "asymmetry of the torquer, by its stated bound",
     }
 }
 
@@ -23,17 +34,71 @@ pub(super) fn warning(warning: &DriftWarning) -> String {
     match warning {
         DriftWarning::NoTorquerGain => "K_m/H is not known (note torquer_gain_rad_s_A): no correction by the current".to_owned(),
         DriftWarning::Log(warning) => log_warning(warning),
+        DriftWarning::UnknownTimesBetweenLogs => {
+            "several logs: the times between them are not known; they are taken as following each other without a pause".to_owned()
+        }
+        DriftWarning::Pole => "at a pole the Earth's rotation has no horizontal component: the azimuth is undefined".to_owned(),
+        DriftWarning::Trend { axis, rad_s2 } => format!(
+            "the drift{} changes linearly by {} per hour (significant at 1 %): the own drift is the mean of the session",
+            about(*axis),
+            with_expanded(rad_s2, &Scale { factor: HOUR_S / DEG_H, unit: "°/h".to_owned() })
+        ),
+        DriftWarning::Walk { axis, walk_rad_s_sqrt_s } => format!(
+            "the drift{} moves as a random walk of about {} °/h/√h (significant at 1 %): the uncertainties follow it, and the own drift is the mean of the session",
+            about(*axis),
+            significant(walk_rad_s_sqrt_s * HOUR_S.sqrt() / DEG_H, 2)
+        ),
+        DriftWarning::Visits { axis, sigma_rad_s } => format!(
+            "visits of one position{} differ by {} °/h (standard deviation) more than their cycles explain (significant at 1 %): the difference is in the budget",
+            about(*axis),
+            significant(sigma_rad_s / DEG_H, 2)
+        ),
+        DriftWarning::OneAmplitude { asymmetry_bound } => format!(
+            "pulses of one amplitude do not show an asymmetry of the torquer; up to {} % is in the budget (--torquer-asymmetry); two amplitudes measure it",
+            plain(100.0 * asymmetry_bound, 3)
+        ),
+        DriftWarning::TakenAsExact(parts) => {
+            let parts: Vec<String> = parts.iter().map(|part| setup_part(*part).to_owned()).collect();
+            format!("taken as exact, without a line in the budget: {}", listed(&parts))
+        }
+    }
+}
+
+fn about(axis: Option<usize>) -> &'static str {
+    axis.and_then(|axis| [" about x", " about y", " about z"].get(axis).copied()).unwrap_or_default()
+}
+
+fn setup_part(part: SetupPart) -> &'static str {
+    match part {
+        SetupPart::Turn => "the turn between positions (--turn-error)",
+        SetupPart::Level => "the level (--level-error)",
+        SetupPart::AngleGain => "the gain of the angle sensor (--gain-error)",
+    }
+}
+
+/// Name of a source of uncertainty of the platform method.
+pub(super) fn platform_source(source: PlatformSource) -> &'static str {
+    match source {
+        PlatformSource::Cycles => "scatter of the cycles, with the movement of the bias",
+        PlatformSource::Crystal => "crystal, ± 50 ppm",
+        PlatformSource::Misalignment => "angle of up to 0.5° between the axes of gyro and platform",
+        PlatformSource::EarthRate => "Earth rate along the axis, because no latitude is given",
     }
 }
 
 /// Why a cycle is not used.
-pub(super) fn defect(defect: &CycleDefect) -> &str {
+pub(super) fn defect(defect: &CycleDefect) -> String {
     match defect {
-        CycleDefect::CutShort => "cut short",
-        CycleDefect::SampleLost => "sample lost",
-        CycleDefect::SensorSaturated => "angle sensor saturated",
-        CycleDefect::CurrentLimited => "current limited",
-        CycleDefect::Firmware(text) => text,
+        CycleDefect::CutShort => "cut short".to_owned(),
+        CycleDefect::SampleLost => "sample lost".to_owned(),
+        CycleDefect::SensorSaturated => "angle sensor saturated".to_owned(),
+        CycleDefect::FlatTop => "the reading is flat near the end of its range: the sensor is clipped".to_owned(),
+        CycleDefect::Reference { ratio } => format!(
+            "the angle follows the current by {} of the torquer's gain: the sensor is clipped, or K_k or K_m/H is wrong",
+            significant(*ratio, 3)
+        ),
+        CycleDefect::CurrentLimited => "current limited".to_owned(),
+        CycleDefect::Firmware(text) => text.clone(),
     }
 }
 
@@ -41,7 +106,7 @@ fn no_cycle(reason: NoCycleReason) -> &'static str {
     match reason {
         NoCycleReason::ConstantCurrent => ": the current of the torquer is constant",
         NoCycleReason::OneRow => ": the log has one row",
-        NoCycleReason::NoPlatformPulses => " (rate +w, then −w for the same time)",
+        NoCycleReason::NoPlatformPulses => ": the platform must turn at +w and −w in turn, for the same time (profile alternating or abba)",
     }
 }
 

@@ -1,10 +1,10 @@
 //! Observer results as HTML pages with plots.
 
-use super::words::{excitation, pole_list, warning};
+use super::words::{excitation, moment, pole_list, warning};
 use super::{bode_text, simulate_text, vibration_text};
 use crate::observer::bode::{evaluate, object_response};
 use crate::observer::vibration::{Compensated, Correction, Measured, Period};
-use crate::observer::{Bode, Design, Plant, SideBySide, Trace, Warning};
+use crate::observer::{Bode, ClosedTrace, Design, Plant, SideBySide, Trace, Warning};
 use crate::report::digits;
 use crate::report::html::{Cell, Class, Markup, Page, Table};
 use crate::report::plot::envelope::{envelope, extent};
@@ -63,16 +63,26 @@ pub fn simulate_html(beside: &SideBySide<'_>) -> String {
     let [a, b] = beside.runs;
     let mut page = Page::new(&format!("Observers of {}, side by side", one.request.plant.name));
     let offset = |x: f64| if x.abs() < 1e-18 { "none".to_owned() } else { format!("{} rad", digits(x)) };
+    let (kinds, of) = ([one.request.kind.name(), other.request.kind.name()], moment(&beside.disturbed.moment));
     page.paragraph(
         Class::Lead,
-        format!(
-            "A constant moment of {} N m leaves a steady angle error in the {} observer of {}, in the {} observer of {}.",
-            digits(beside.disturbed.moment_N_m),
-            one.request.kind.name(),
-            offset(a.steady[0]),
-            other.request.kind.name(),
-            offset(b.steady[0])
-        ),
+        if beside.disturbed.moment.is_constant() {
+            format!(
+                "A constant {of} leaves a steady (t → ∞) angle error in the {} observer of {}, in the {} observer of {}.",
+                kinds[0],
+                offset(a.steady[0]),
+                kinds[1],
+                offset(b.steady[0])
+            )
+        } else {
+            format!(
+                "The {of} leaves an rms angle error in the {} observer of {}, in the {} observer of {}.",
+                kinds[0],
+                offset(a.rms_second_half[0]),
+                kinds[1],
+                offset(b.rms_second_half[0])
+            )
+        },
     );
     page.preformatted(&simulate_text(beside));
     let names = [one.request.kind.name(), other.request.kind.name()];
@@ -86,18 +96,15 @@ pub fn simulate_html(beside: &SideBySide<'_>) -> String {
     for (name, unit, lines) in pairs {
         page.figure(&over_time(&lines, name, unit), caption());
     }
-    let moment = [
-        vec![(0.0, beside.disturbed.moment_N_m), (a.both.t_s.last().copied().unwrap_or(1.0), beside.disturbed.moment_N_m)],
-        moments(&b.moment_only),
-    ];
+    let applied = b.moment_only.t_s.iter().copied().zip(b.moment_only.applied_N_m.iter().copied()).collect();
     page.figure(
-        &over_time(&moment, "moment", "N m"),
+        &over_time(&[applied, moments(&b.moment_only)], "moment", "N m"),
         Markup::swatch(CLASSES[0], "applied").then(" ").then(Markup::swatch(CLASSES[1], "estimated")),
     );
-    if let (Some((t, x)), Some((u, y))) = (&a.closed, &b.closed) {
-        let line = |t: &[f64], x: &[f64]| t.iter().copied().zip(x.iter().copied()).collect::<Vec<_>>();
+    if let (Some(x), Some(y)) = (&a.closed, &b.closed) {
+        let line = |closed: &ClosedTrace| closed.t_s.iter().copied().zip(closed.angle_rad.iter().copied()).collect::<Vec<_>>();
         page.figure(
-            &over_time(&[line(t, x), line(u, y)], "angle in the closed loop", "rad"),
+            &over_time(&[line(x), line(y)], "angle in the closed loop", "rad"),
             caption().then(format!(". The {} observer feeds its estimated moment forward.", names[1])),
         );
     }
@@ -131,14 +138,16 @@ pub fn vibration_html(name: &str, measured: &Measured<'_>, found: &Compensated, 
     let mut page = Page::new(&format!("Azimuth of {name} under vibration"));
     let left = |c: &Correction| digits(arcsec(found.alpha_rad - c.with_inertia_rad));
     let exact = found.exact.as_ref().map_or(String::new(), |exact| format!(", by the exact rates {}″", left(exact)));
+    let expanded = found.corrected.as_ref().and_then(|quantity| quantity.estimate().expanded());
+    let expanded = expanded.map_or(String::new(), |expanded| format!(" ± {} (U)", digits(arcsec(expanded))));
     page.paragraph(
         Class::Lead,
         format!(
-            "The mean azimuth over {} periods of {} Hz is {}″; after correction by the estimated rates {}″{exact}.",
+            "The mean azimuth over {} periods of {} Hz is {}″; without the part by vibration, by the estimated rates, {}{expanded}″{exact}.",
             found.periods,
             digits(found.vibration_Hz),
             digits(arcsec(found.alpha_rad)),
-            left(&found.estimated)
+            left(&found.response_corrected)
         ),
     );
     for found in warnings {

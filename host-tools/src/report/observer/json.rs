@@ -4,12 +4,17 @@ use nalgebra::Complex;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::words::warning;
+use super::words::{vibration_source, warning};
 use crate::observer::bode::{MAX_GAIN_ERROR_DB, MAX_PHASE_ERROR_DEG};
-use crate::observer::vibration::{Compensated, Correction};
+use crate::observer::bode::{evaluate, object_response};
+use crate::observer::moment::{Harmonic, Random};
+use crate::observer::vibration::{Compensated, Correction, VibrationQuantity};
 use crate::observer::{Bode, Design, Discrete, Integral, Plant, SideBySide, Simulated, Trace, Warning};
 use crate::report::json::value;
+use crate::report::uncertainty::EstimateJson;
 
+/// Points of a frequency response in the answer.
+const CURVE_POINTS_PER_DECADE: usize = 50;
 /// Rows of a simulation in the answer, about; the plot of the page has all rows.
 const TRACE_ROWS: usize = 100;
 
@@ -58,7 +63,6 @@ struct ObservabilityJson {
 /// The answer of `stand observer design --json`.
 pub fn design_json(design: &Design) -> Value {
     let plant = &design.request.plant;
-    let pole = |z: &Complex<f64>| PoleJson { re: z.re, im: z.im };
     value(&DesignJson {
         model: &plant.name,
         states: plant.states(),
@@ -70,6 +74,10 @@ pub fn design_json(design: &Design) -> Value {
         observability: ObservabilityJson { rank: design.rank, condition: design.condition },
         warnings: warnings(&design.warnings()),
     })
+}
+
+fn pole(z: &Complex<f64>) -> PoleJson {
+    PoleJson { re: z.re, im: z.im }
 }
 
 fn integral(channel: Integral) -> IntegralJson {
@@ -91,10 +99,25 @@ struct SideBySideJson<'a> {
     model: &'a str,
     angle_rad: f64,
     disturbance_N_m: f64,
+    harmonic: Option<HarmonicJson>,
+    random: Option<RandomJson>,
     #[serde(rename = "static")]
     without_integral: RunJson<'a>,
     #[serde(rename = "astatic")]
     with_integral: RunJson<'a>,
+}
+
+#[derive(Serialize)]
+struct HarmonicJson {
+    amplitude_N_m: f64,
+    frequency_Hz: f64,
+}
+
+#[derive(Serialize)]
+struct RandomJson {
+    sigma_N_m: f64,
+    correlation_s: f64,
+    seed: u64,
 }
 
 #[derive(Serialize)]
@@ -104,11 +127,18 @@ struct RunJson<'a> {
     rate_settled_s: Option<f64>,
     greatest_angle_error_rad: f64,
     greatest_rate_error_rad_s: f64,
+    at_end_s: Option<f64>,
+    at_end: &'a [f64],
+    rms_angle_error_rad: f64,
+    rms_rate_error_rad_s: f64,
+    /// For t → ∞ under the constant moment.
     #[serde(rename = "rest")]
     steady_errors: &'a [f64],
     moment_N_m: Option<f64>,
+    closed_loop_at_end_rad: Option<f64>,
     #[serde(rename = "closed_loop_rest_rad")]
     closed_loop_steady_rad: Option<f64>,
+    closed_loop_poles: Vec<PoleJson>,
     with_initial_error: TraceJson,
     moment_only: TraceJson,
 }
@@ -127,7 +157,17 @@ pub fn simulate_json(beside: &SideBySide<'_>) -> Value {
     value(&SideBySideJson {
         model: &one.request.plant.name,
         angle_rad: beside.disturbed.angle_rad,
-        disturbance_N_m: beside.disturbed.moment_N_m,
+        disturbance_N_m: beside.disturbed.moment.constant_N_m,
+        harmonic: beside
+            .disturbed
+            .moment
+            .harmonic
+            .map(|Harmonic { amplitude_N_m, frequency_Hz }| HarmonicJson { amplitude_N_m, frequency_Hz }),
+        random: beside.disturbed.moment.random.map(|Random { sigma_N_m, correlation_s, seed }| RandomJson {
+            sigma_N_m,
+            correlation_s,
+            seed,
+        }),
         without_integral: run(one, beside.runs[0]),
         with_integral: run(other, beside.runs[1]),
     })
@@ -140,9 +180,15 @@ fn run<'a>(design: &Design, run: &'a Simulated) -> RunJson<'a> {
         rate_settled_s: run.rate_settled_s,
         greatest_angle_error_rad: run.largest[0],
         greatest_rate_error_rad_s: run.largest[1],
+        at_end_s: run.both.t_s.last().copied(),
+        at_end: &run.at_end,
+        rms_angle_error_rad: run.rms_second_half[0],
+        rms_rate_error_rad_s: run.rms_second_half[1],
         steady_errors: &run.steady,
         moment_N_m: run.both.moment_N_m.last().copied(),
-        closed_loop_steady_rad: run.closed_loop_steady_rad,
+        closed_loop_at_end_rad: run.closed.as_ref().and_then(|closed| closed.angle_rad.last().copied()),
+        closed_loop_steady_rad: run.closed.as_ref().and_then(|closed| closed.steady_rad),
+        closed_loop_poles: run.closed.iter().flat_map(|closed| closed.poles.iter().map(pole)).collect(),
         with_initial_error: trace(&run.both),
         moment_only: trace(&run.moment_only),
     }
@@ -164,6 +210,8 @@ struct BodeAnswerJson<'a> {
     model: &'a str,
     fastest_mode_rad_s: f64,
     limits: LimitsJson,
+    /// Rate of the object over its excitation: overload in g, or moment in N m, to rad/s.
+    object: CurveJson,
     observers: Vec<BodeJson<'a>>,
 }
 
@@ -185,6 +233,16 @@ struct BodeJson<'a> {
     noise_gain_1_s: f64,
     noise_at_rad_s: f64,
     at_vibration: Option<ResponseJson>,
+    curve: CurveJson,
+}
+
+/// Response of the estimated rate over frequency, relative to the true rate.
+#[derive(Serialize)]
+struct CurveJson {
+    rad_s: Vec<f64>,
+    #[serde(rename = "gain_dB")]
+    gain_dB: Vec<f64>,
+    phase_deg: Vec<f64>,
 }
 
 #[derive(Serialize)]
@@ -204,13 +262,39 @@ pub fn bode_json(plant: &Plant, bodes: &[Bode], vibration_Hz: Option<f64>) -> Va
         noise_gain_1_s: bode.noise.0,
         noise_at_rad_s: bode.noise.1,
         at_vibration: vibration_Hz.map(|f| response(bode.ratio(std::f64::consts::TAU * f))),
+        curve: curve(|w| bode.ratio(w)),
     });
     value(&BodeAnswerJson {
         model: &plant.name,
         fastest_mode_rad_s: plant.fastest_rad_s(),
         limits: LimitsJson { gain_dB: MAX_GAIN_ERROR_DB, phase_deg: MAX_PHASE_ERROR_DEG },
+        object: {
+            let (_, numerator, denominator) = object_response(plant);
+            curve(|w| {
+                let s = Complex::new(0.0, w);
+                evaluate(&numerator, s) / evaluate(&denominator, s)
+            })
+        },
         observers: observers.collect(),
     })
+}
+
+/// A curve on a logarithmic grid from 0.01 to 10⁴ rad/s, 50 points in a decade. The phase is unwrapped.
+fn curve(of: impl Fn(f64) -> Complex<f64>) -> CurveJson {
+    let rad_s: Vec<f64> =
+        (0..=6 * CURVE_POINTS_PER_DECADE).map(|k| 10_f64.powf(-2.0 + k as f64 / CURVE_POINTS_PER_DECADE as f64)).collect();
+    let values: Vec<Complex<f64>> = rad_s.iter().map(|w| of(*w)).collect();
+    let mut last = 0.0;
+    let phase = |value: &Complex<f64>| {
+        let plain = value.arg().to_degrees();
+        last = plain - 360.0 * ((plain - last) / 360.0).round();
+        last
+    };
+    CurveJson {
+        gain_dB: values.iter().map(|value| 20.0 * value.norm().log10()).collect(),
+        phase_deg: values.iter().map(phase).collect(),
+        rad_s,
+    }
 }
 
 #[derive(Serialize)]
@@ -219,7 +303,11 @@ struct VibrationJson {
     periods: f64,
     alpha_rad: f64,
     estimated: CorrectionJson,
+    response_corrected: CorrectionJson,
     exact: Option<CorrectionJson>,
+    vibration_part_rad: Option<BudgetJson>,
+    azimuth_rad: Option<BudgetJson>,
+    precession_s: f64,
     warnings: Vec<String>,
 }
 
@@ -228,13 +316,28 @@ struct CorrectionJson {
     rate_rad: f64,
     with_inertia_rad: f64,
     corrected_rad: f64,
-    removed_by_rate_percent: f64,
-    removed_with_inertia_percent: f64,
+    /// Of the part by the exact rates; `null` if the log does not have them.
+    removed_by_rate_percent: Option<f64>,
+    removed_with_inertia_percent: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct BudgetJson {
+    #[serde(flatten)]
+    estimate: EstimateJson,
+    budget: Vec<BudgetLineJson>,
+}
+
+#[derive(Serialize)]
+struct BudgetLineJson {
+    of: &'static str,
+    u: f64,
 }
 
 /// The answer of `stand vibration compensate --json`: a corrected azimuth.
 pub fn vibration_json(found: &Compensated, list: &[Warning]) -> Value {
-    let percent = |rad: f64| 100.0 * rad / found.alpha_rad;
+    let exact = found.exact.map(|exact| exact.with_inertia_rad);
+    let percent = |rad: f64| exact.map(|exact| 100.0 * rad / exact);
     let correction = |c: &Correction| CorrectionJson {
         rate_rad: c.rate_rad,
         with_inertia_rad: c.with_inertia_rad,
@@ -242,12 +345,24 @@ pub fn vibration_json(found: &Compensated, list: &[Warning]) -> Value {
         removed_by_rate_percent: percent(c.rate_rad),
         removed_with_inertia_percent: percent(c.with_inertia_rad),
     };
+    let budget = |quantity: &VibrationQuantity| BudgetJson {
+        estimate: EstimateJson::new(&quantity.estimate(), 1.0),
+        budget: quantity
+            .contributions
+            .iter()
+            .map(|line| BudgetLineJson { of: vibration_source(line.basis), u: line.contribution() })
+            .collect(),
+    };
     value(&VibrationJson {
         vibration_Hz: found.vibration_Hz,
         periods: found.periods,
         alpha_rad: found.alpha_rad,
         estimated: correction(&found.estimated),
+        response_corrected: correction(&found.response_corrected),
         exact: found.exact.as_ref().map(correction),
+        vibration_part_rad: found.part.as_ref().map(budget),
+        azimuth_rad: found.corrected.as_ref().map(budget),
+        precession_s: found.precession_s,
         warnings: warnings(list),
     })
 }

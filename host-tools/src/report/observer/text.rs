@@ -1,10 +1,12 @@
 //! Observer results as text for a terminal.
 
-use super::words::{pole_list, warning};
+use super::words::{moment, pole_list, vibration_source, warning};
 use crate::observer::bode::{MAX_GAIN_ERROR_DB, MAX_PHASE_ERROR_DEG};
 use crate::observer::vibration::Compensated;
-use crate::observer::{Bode, Design, Plant, SideBySide, Simulated, Warning};
-use crate::report::{digits, plain};
+use crate::observer::{Bode, ClosedTrace, Design, Plant, SideBySide, Simulated, Warning};
+use crate::report::uncertainty::{FOOTNOTE, estimate};
+use crate::report::units::Scale;
+use crate::report::{digits, plain, significant};
 
 /// A design.
 pub fn design_text(design: &Design) -> String {
@@ -43,10 +45,10 @@ pub fn simulate_text(beside: &SideBySide<'_>) -> String {
     let [one, other] = beside.designs;
     let [a, b] = beside.runs;
     let mut text = format!(
-        "{}: initial angle error {} rad, moment {} N m from t = 0\n\n{:34}{:>16}{:>16}\n",
+        "{}: initial angle error {} rad, {} from t = 0\n\n{:38}{:>16}{:>16}\n",
         one.request.plant.name,
         digits(beside.disturbed.angle_rad),
-        digits(beside.disturbed.moment_N_m),
+        moment(&beside.disturbed.moment),
         "",
         one.request.kind.name(),
         other.request.kind.name()
@@ -56,18 +58,33 @@ pub fn simulate_text(beside: &SideBySide<'_>) -> String {
         ("angle error below 1 % after, s", a.settled_s, b.settled_s),
         ("rate error below 1 % of peak, s", a.rate_settled_s, b.rate_settled_s),
     ] {
-        text += &format!("{name:34}{:>16}{:>16}\n", time(x), time(y));
+        text += &format!("{name:38}{:>16}{:>16}\n", time(x), time(y));
     }
-    let mut row = |name: &str, x: f64, y: f64| text += &format!("{name:34}{:>16}{:>16}\n", cell(x), cell(y));
+    let mut row = |name: &str, x: f64, y: f64| text += &format!("{name:38}{:>16}{:>16}\n", cell(x), cell(y));
     row("largest angle error, rad", a.largest[0], b.largest[0]);
     row("largest rate error, rad/s", a.largest[1], b.largest[1]);
-    row("steady angle error, rad", a.steady[0], b.steady[0]);
-    row("steady rate error, rad/s", a.steady[1], b.steady[1]);
-    row("steady tilt-rate error, rad/s", a.steady[3], b.steady[3]);
+    let end_s = plain(a.both.t_s.last().copied().unwrap_or(0.0), 4);
+    row(&format!("angle error at the end, {end_s} s, rad"), a.at_end[0], b.at_end[0]);
+    row(&format!("rate error at the end, {end_s} s, rad/s"), a.at_end[1], b.at_end[1]);
     let last = |run: &Simulated| run.both.moment_N_m.last().copied().unwrap_or(f64::NAN);
     row("estimated moment at the end, N m", last(a), last(b));
-    let closed = |run: &Simulated| run.closed_loop_steady_rad.unwrap_or(f64::NAN);
-    row("closed loop: steady angle, rad", closed(a), closed(b));
+    if beside.disturbed.moment.is_constant() {
+        row("steady (t → ∞) angle error, rad", a.steady[0], b.steady[0]);
+        row("steady (t → ∞) rate error, rad/s", a.steady[1], b.steady[1]);
+        row("steady (t → ∞) tilt-rate error, rad/s", a.steady[3], b.steady[3]);
+    } else {
+        row("rms angle error, second half, rad", a.rms_second_half[0], b.rms_second_half[0]);
+        row("rms rate error, second half, rad/s", a.rms_second_half[1], b.rms_second_half[1]);
+    }
+    if let (Some(x), Some(y)) = (&a.closed, &b.closed) {
+        let end = |closed: &ClosedTrace| closed.angle_rad.last().copied().unwrap_or(f64::NAN);
+        let end_s = plain(x.t_s.last().copied().unwrap_or(0.0), 4);
+        row(&format!("closed loop: angle at the end, {end_s} s, rad"), end(x), end(y));
+        if beside.disturbed.moment.is_constant() {
+            row("closed loop: steady (t → ∞) angle, rad", x.steady_rad.unwrap_or(f64::NAN), y.steady_rad.unwrap_or(f64::NAN));
+        }
+        text += &format!("poles of the closed loop, 1/s: {}\n", pole_list(&x.poles));
+    }
     text
 }
 
@@ -78,7 +95,7 @@ fn cell(x: f64) -> String {
     } else if x.is_finite() {
         format!("{x:.4e}")
     } else {
-        "not reached".to_owned()
+        "none: not damped".to_owned()
     }
 }
 
@@ -109,32 +126,52 @@ pub fn bode_text(plant: &Plant, bodes: &[Bode], vibration_Hz: Option<f64>) -> St
 
 /// A corrected azimuth.
 pub fn vibration_text(compensated: &Compensated, warnings: &[Warning]) -> String {
+    let exact = compensated.exact.map(|exact| exact.with_inertia_rad);
     let mut text = format!(
-        "Vibration of {:.4} Hz, {} whole periods: mean azimuth {:.6e} rad ({:.2}″)\n\n{:28}{:>14}{:>14}{:>16}\n",
+        "Vibration of {:.4} Hz, {} whole periods: mean azimuth {:.6e} rad ({:.2}″)\n\n{:42}{:>14}{}\n",
         compensated.vibration_Hz,
         compensated.periods,
         compensated.alpha_rad,
         compensated.alpha_rad.to_degrees() * 3600.0,
-        "correction",
+        "part by vibration",
         "rad",
-        "removed, %",
-        "remaining, ″"
+        if exact.is_some() { "   of the exact part, %" } else { "" }
     );
     let mut row = |name: &str, rad: f64| {
-        let left = (compensated.alpha_rad - rad).to_degrees() * 3600.0;
-        text += &format!("{name:28}{rad:>14.5e}{:>14.2}{left:>16.3}\n", 100.0 * rad / compensated.alpha_rad);
+        let share = exact.map_or(String::new(), |exact| format!("{:>23.2}", 100.0 * rad / exact));
+        text += &format!("{name:42}{rad:>14.5e}{share}\n");
     };
     row("estimated α′", compensated.estimated.rate_rad);
     row("estimated, with (Jx − Jz)", compensated.estimated.with_inertia_rad);
+    row("estimated, with response and (Jx − Jz)", compensated.response_corrected.with_inertia_rad);
     if let Some(exact) = &compensated.exact {
         row("exact α′", exact.rate_rad);
         row("exact, with (Jx − Jz)", exact.with_inertia_rad);
+    }
+    if let (Some(part), Some(corrected)) = (&compensated.part, &compensated.corrected) {
+        let arcseconds = Scale { factor: ARCSECONDS, unit: "″".to_owned() };
+        text += &format!("\npart by vibration  {}\n", estimate(&part.estimate(), &arcseconds));
+        text += &format!("corrected azimuth  {}\n{FOOTNOTE}\n", estimate(&corrected.estimate(), &arcseconds));
+        text += &format!("\n{:52}{:>12}{:>22}\n", "source", "part, u, ″", "azimuth, u, ″");
+        for (of_part, of_azimuth) in part.contributions.iter().zip(&corrected.contributions) {
+            text += &format!(
+                "{:52}{:>12}{:>22}\n",
+                vibration_source(of_part.basis),
+                significant(of_part.contribution() * ARCSECONDS, 2),
+                significant(of_azimuth.contribution() * ARCSECONDS, 2)
+            );
+        }
+    } else {
+        text += "\nno uncertainty: too few periods\n";
     }
     for found in warnings {
         text += &format!("\nWarning: {}\n", warning(found));
     }
     text
 }
+
+/// Arcseconds per radian.
+const ARCSECONDS: f64 = 180.0 * 3600.0 / std::f64::consts::PI;
 
 /// An observer written into the stand behind `port`; `phase`: phase of the stand's observer afterwards.
 pub fn transfer_text(port: &str, phase: &str, saved: bool) -> String {

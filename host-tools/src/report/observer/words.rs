@@ -2,8 +2,9 @@
 
 use nalgebra::Complex;
 
-use crate::observer::Warning;
 use crate::observer::bode::Excitation;
+use crate::observer::vibration::VibrationSource;
+use crate::observer::{Moment, Warning};
 use crate::report::digits;
 
 /// Poles as a list; equal poles once, with their number.
@@ -23,11 +24,35 @@ pub(super) fn pole_list(poles: &[Complex<f64>]) -> String {
     words.join(", ")
 }
 
+/// The moment of a simulation.
+pub(super) fn moment(moment: &Moment) -> String {
+    let mut parts = vec![format!("moment {} N m", digits(moment.constant_N_m))];
+    if let Some(h) = moment.harmonic {
+        parts.push(format!("harmonic {} N m at {} Hz", digits(h.amplitude_N_m), digits(h.frequency_Hz)));
+    }
+    if let Some(r) = moment.random {
+        parts.push(format!("random {} N m (1σ), correlated over {} s", digits(r.sigma_N_m), digits(r.correlation_s)));
+    }
+    parts.join(" + ")
+}
+
 /// The input of the object's frequency response.
 pub(super) fn excitation(excitation: Excitation) -> &'static str {
     match excitation {
         Excitation::OverloadAlongRotor => "overload along the rotor, in g",
         Excitation::VerticalMoment => "moment about the vertical, in N m",
+    }
+}
+
+/// Source of an uncertainty of the vibration correction.
+pub(super) fn vibration_source(source: VibrationSource) -> &'static str {
+    match source {
+        VibrationSource::Periods => "scatter and movement of the periods",
+        VibrationSource::GammaGain => "γ: gain",
+        VibrationSource::GammaDelay => "γ: delay",
+        VibrationSource::GammaMisalignment => "γ: rotation of its sensor about the vertical",
+        VibrationSource::GammaOffset => "γ: offset",
+        VibrationSource::Element => "H/k and (Jx − Jz)/k of the element",
     }
 }
 
@@ -52,6 +77,9 @@ pub fn warning(warning: &Warning) -> String {
             "The fastest mode of {mode_rad_s:.4} rad/s lies above half the sampling rate ({:.1} rad/s) and is aliased: use a step below {:.3} ms.",
             std::f64::consts::PI / step_s,
             1e3 * std::f64::consts::PI / mode_rad_s
+        ),
+        Warning::ShorterThanPrecession { window_s, precession_s } => format!(
+            "The means over {window_s:.4} s are shorter than a precession of {precession_s:.4} s: the azimuth contains where the precession stands; the part by vibration does not."
         ),
         Warning::SinglePrecision { moment_error, rate_error_rad_s } => format!(
             "In single precision the moment would be wrong by {:.2} % and the rate by {rate_error_rad_s:.1e} rad/s: the firmware uses double precision.",

@@ -2,14 +2,16 @@
 //! squares; effective degrees of freedom by Welch and Satterthwaite; expanded uncertainty by Student's t.
 //!
 //! Input: the [`Contribution`]s to a quantity, taken as independent of each other; correlated influences form one contribution. Output: a
-//! [`Quantity`] with u, ν, k and U in its unit. The caller supplies the types of the explanations: `B` for how a contribution was evaluated,
-//! `M` for what a quantity means. Two quantities of one calibration are correlated by the influences that they have in common
+//! [`Quantity`] with u, ν, k and U in its unit, and as an [`Estimate`] without the budget. The caller supplies the types of the explanations: `B` for how a
+//! contribution was evaluated, `M` for what a quantity means. Two quantities of one calibration are correlated by the influences that they have in common
 //! ([`covariance`], GUM 5.2 and F.1.2.3).
 
 mod covariance;
+mod estimate;
 mod mixed;
 
 pub use covariance::{CovarianceMatrix, Loadings, covariance};
+pub use estimate::{Estimate, Uncertainty};
 
 use super::distributions::{normal_quantile, student_quantile};
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,10 @@
+//! Rate stability as text, JSON and HTML.
+
+mod html;
+mod json;
+mod text;
+mod words;
+
+pub use html::html;
+pub use json::json;
+pub use text::text;
