@@ -2,8 +2,9 @@
 //!
 //! An effect of amplitude a, added to the motion that was logged, is expected to gain (a/σ)² on the whitened residuals, where 1/σ² is the information of
 //! the fitted rows about a that the model's own parameters and initial states cannot imitate. It is added if its gain exceeds what the search asks for.
-//! The square root of the gain of one amplitude is a normal variable of mean a/σ and variance 1, so that a = σ (√gain + z) exceeds it with the probability of z
-//! (power of a likelihood ratio test: Kay, Fundamentals of Statistical Signal Processing II, 1998, chapter 6).
+//! The square root of the gain of one amplitude is a normal variable of mean a/σ and variance s², so that a = σ (√gain + z s) exceeds it with the probability of z
+//! (power of a likelihood ratio test: Kay, Fundamentals of Statistical Signal Processing II, 1998, chapter 6). For white noise s = 1. The autoregression that
+//! whitens the residual does not describe noise that is slow beside its order: s² is the largest factor by which such noise exceeds white noise in a channel.
 
 use drive_model::{Card, HarmonicSource, ParameterKind};
 use nalgebra::{Cholesky, DMatrix};
@@ -18,7 +19,8 @@ use super::score::batches;
 use super::screen::critical_gain;
 use super::trial::Trial;
 use super::trials::{self, Starts};
-use crate::identify::fit::build;
+use crate::identify::fit::{build, differencing_rows};
+use crate::statistics::Extremes;
 
 /// The smallest amplitude of an effect that the logs would have shown.
 #[derive(Debug, Clone, Copy)]
@@ -39,13 +41,16 @@ pub fn detection_limits(model: &FittedModel, tests: usize) -> Vec<DetectionLimit
     let criteria = &model.context.criteria.detection;
     let trials: Vec<Trial> = trials::list(model, &values_to_try(model, criteria)).0.into_iter().filter(has_one_amplitude).collect();
     let whitener = model.whitener();
+    // Differenced readings have no slow noise.
+    let direct = model.fit.channels.iter().enumerate().filter(|(k, _)| differencing_rows(&model.data, *k) == 0);
+    let slow = direct.map(|(_, c)| c.slow_variance()).max_or_zero().max(1.0).sqrt();
     let effective_samples = model.whitened_sums(&whitener).effective_samples();
     let found: Vec<(usize, f64)> = batches(model, &trials)
         .par_iter()
         .flat_map_iter(|batch| standard_errors(model, &whitener, &trials, batch))
         .map(|(k, sigma)| {
             let free = trials[k].screened.iter().filter(|s| **s).count();
-            (k, sigma * (min_gain(model, tests, free, effective_samples).sqrt() + criteria.power_sigmas))
+            (k, sigma * (min_gain(model, tests, free, effective_samples).sqrt() + criteria.power_sigmas * slow))
         })
         .collect();
     let mut limits: Vec<DetectionLimit> = Vec::new();

@@ -86,6 +86,12 @@ impl ChannelFit {
         self.white_p > MIN_WHITE_P
     }
 
+    /// Factor by which the variance of a slowly varying estimate exceeds that of white noise of the same size, at least 1.
+    pub fn slow_variance(&self) -> f64 {
+        let compared = compared(&self.residual);
+        noise::inflation(&compared).max(noise::slow_inflation(&compared, self.noise)).max(1.0)
+    }
+
     /// Colour of the noise of channel `index` for the covariance.
     pub(super) fn noise_colour(&self, data: &PreparedLog, index: usize) -> NoiseColour {
         let misfit = self.chi2_per_n().max(1.0);
@@ -94,8 +100,7 @@ impl ChannelFit {
             return NoiseColour { differencing_rows: 0, inflation: misfit * noise::inflation(&compared) };
         }
         let differencing_rows = differencing_rows(data, index);
-        let correlation =
-            if differencing_rows > 0 { 1.0 } else { noise::inflation(&compared).max(noise::slow_inflation(&compared, self.noise)) };
+        let correlation = if differencing_rows > 0 { 1.0 } else { self.slow_variance() };
         NoiseColour { differencing_rows, inflation: misfit * correlation }
     }
 }
