@@ -168,7 +168,7 @@ fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize
     for row in rows.clone() {
         let mut span = data.row_input(row, rows.end);
         let required = (!data.channels.iter().all(is_sensor)).then(|| {
-            let (at, omega, alpha) = demands.motion(row, parabola);
+            let [at, omega, alpha] = demands.motion(row, parabola);
             span.theta = Some((at, at));
             let measured = data.current.map_or(0.0, |i| i[row]);
             rig.demand(&span, omega, alpha, (omega / resolved_rate).clamp(-1.0, 1.0), measured)
@@ -179,7 +179,7 @@ fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize
                 (Channel::Current, Some(required), _) => required.current,
                 (Channel::Voltage, Some(required), _) => required.voltage,
                 (Channel::Torque, Some(required), _) => required.torque,
-                (Channel::Rate, _, Some((at, omega, _))) => {
+                (Channel::Rate, _, Some([at, omega, _])) => {
                     let (omega, theta) = (S::from(omega), S::from(at));
                     let reading = rig.read((omega, theta, S::zero()), &span, S::zero());
                     let read = Row { input: &span, omega, theta, reading: &reading, current_slope_A_s: S::zero() };
@@ -196,6 +196,9 @@ fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize
         }
     }
 }
+
+/// A polynomial fitted to times and angles: its value, slope and curvature at a time.
+type LocalFit = fn(&[f64], &[f64], f64) -> [f64; 3];
 
 /// A window that moves along the rows of a segment.
 struct Window<'d> {
@@ -215,7 +218,7 @@ impl<'d> Window<'d> {
     }
 
     /// Angle, rate and acceleration at a row, by a fit to the points of the window; the rows must not decrease.
-    fn motion(&mut self, row: usize, fit: fn(&[f64], &[f64], f64) -> (f64, f64, f64)) -> (f64, f64, f64) {
+    fn motion(&mut self, row: usize, fit: LocalFit) -> [f64; 3] {
         let (t, k) = (self.t_s, row - self.begin);
         while t[k] - t[self.from] > self.half_s {
             self.from += 1;
@@ -229,7 +232,7 @@ impl<'d> Window<'d> {
 }
 
 /// Value, slope and curvature at `at` of the least-squares cubic through the points.
-fn cubic(t: &[f64], y: &[f64], at: f64) -> (f64, f64, f64) {
+fn cubic(t: &[f64], y: &[f64], at: f64) -> [f64; 3] {
     let (mut s, mut b) = ([0.0; 7], [0.0; 4]);
     let y0 = y[0];
     let scale = (t[t.len() - 1] - t[0]).max(f64::MIN_POSITIVE);
@@ -246,13 +249,13 @@ fn cubic(t: &[f64], y: &[f64], at: f64) -> (f64, f64, f64) {
     }
     let m = nalgebra::Matrix4::from_fn(|i, j| s[i + j]);
     match m.lu().solve(&nalgebra::Vector4::from(b)) {
-        Some(c) => (y0 + c[0], c[1] / scale, 2.0 * c[2] / (scale * scale)),
+        Some(c) => [y0 + c[0], c[1] / scale, 2.0 * c[2] / (scale * scale)],
         None => parabola(t, y, at),
     }
 }
 
 /// Value, slope and curvature at `at` of the least-squares parabola through the points.
-fn parabola(t: &[f64], y: &[f64], at: f64) -> (f64, f64, f64) {
+fn parabola(t: &[f64], y: &[f64], at: f64) -> [f64; 3] {
     let (mut s, mut b) = ([0.0; 5], [0.0; 3]);
     let y0 = y[0];
     for (&t, &y) in t.iter().zip(y) {
@@ -268,7 +271,7 @@ fn parabola(t: &[f64], y: &[f64], at: f64) -> (f64, f64, f64) {
     }
     let m = nalgebra::Matrix3::new(s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4]);
     match m.lu().solve(&nalgebra::Vector3::new(b[0], b[1], b[2])) {
-        Some(c) => (y0 + c[0], c[1], 2.0 * c[2]),
-        None => (y0, 0.0, 0.0),
+        Some(c) => [y0 + c[0], c[1], 2.0 * c[2]],
+        None => [y0, 0.0, 0.0],
     }
 }
