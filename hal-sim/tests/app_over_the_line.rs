@@ -163,6 +163,7 @@ fn help_lists_each_accepted_command() {
                 // `NEW` comes first and sets two states.
                 Some((_, _)) if header == "OBServer:NEW" => " 2,OFF".to_string(),
                 Some((_, _)) if ["OBServer:PHI", "OBServer:VIBRation"].contains(&header) => " 1,0,0".to_string(),
+                Some((_, _)) if header == "OBServer:RESPonse" => " 1,0,0,0".to_string(),
                 Some((_, kind)) if kind.contains("each state") => " 0,0".to_string(),
                 Some((_, kind)) if kind.starts_with("ON") => " OFF".to_string(),
                 Some((_, kind)) if kind.contains('|') => format!(" {}", kind.split('|').next().unwrap()),

@@ -28,6 +28,8 @@ const MIN_ROWS: usize = 100;
 const MAX_INPUT_CHANGE: f64 = 1e-4;
 /// Rows at most: the transform of a longer log would need more memory than its columns.
 const MAX_ROWS: usize = 1 << 22;
+/// Rows between a peak of the autocorrelation and the period at most.
+const MAX_SHIFT: usize = 50;
 /// Differences of sampling intervals from their median, fraction, up to which rows of two periods belong together.
 const MAX_JITTER: f64 = 1e-3;
 
@@ -68,7 +70,22 @@ fn period_rows(series: &[f64]) -> Option<usize> {
     let relative = |lag: usize| correlation[lag] / (n - lag) as f64 / variance;
     let peaks =
         (MIN_ROWS..=n / MIN_PERIODS).filter(|&lag| correlation[lag] >= correlation[lag - 1] && correlation[lag] >= correlation[lag + 1]);
-    let close = peaks.filter(|&lag| relative(lag) > 0.9).find(|&lag| change(lag) < MAX_INPUT_CHANGE * variance)?;
+    // The sum over the rows that overlap shifts the peak of a slow input by some rows: the nearest shift with the least change is the period.
+    let nearest = |peak: usize| {
+        let mut lag = peak;
+        for _ in 0..MAX_SHIFT {
+            let here = change(lag);
+            if lag < n / MIN_PERIODS && change(lag + 1) < here {
+                lag += 1;
+            } else if lag > MIN_ROWS && change(lag - 1) < here {
+                lag -= 1;
+            } else {
+                break;
+            }
+        }
+        lag
+    };
+    let close = peaks.filter(|&lag| relative(lag) > 0.9).map(nearest).find(|&lag| change(lag) < MAX_INPUT_CHANGE * variance)?;
     // A constant stretch of the input also stays the same for a while: the input must change within a period.
     let changes = series[..close].windows(2).any(|w| (w[1] - w[0]).abs() > 0.0);
     changes.then_some(close)
