@@ -113,6 +113,14 @@ fn statements_on_the_command_line_are_remembered() {
 }
 
 #[test]
+fn note_that_is_not_understood_is_refused_and_not_remembered() {
+    let folder = folder();
+    let ran = stand(folder.path(), &["compare", "log.csv", "--model", "model.toml", "--note", "omega_rad_s=magnitud"]);
+    assert!(ran.status == Some(2) && ran.err.contains("“magnitud” was not understood") && ran.err.lines().count() == 1, "{ran:?}");
+    assert!(!folder.path().join("log.import.toml").exists());
+}
+
+#[test]
 fn what_is_not_certain_is_asked() {
     let folder = folder();
     let path = folder.path();

@@ -114,14 +114,13 @@ pub fn assemble<'a, F: NorFlash>(
 ) -> Result<(Interrupt<'a>, Measurement<'a>, App<'a, F>), ConfigError> {
     let default_config = defaults.config()?;
     let loaded = store.load::<Saved>(Kept::layout());
-    let observer_numbers = loaded.ok().flatten().map(|saved| saved.observer).unwrap_or_default();
-    let (kept, config, error) = match loaded {
+    let (kept, config, error) = match &loaded {
         Ok(None) => (defaults, default_config, None),
         Ok(Some(Saved { kept, .. })) => match kept.config() {
-            Ok(config) => (kept, config, None),
+            Ok(config) => (*kept, config, None),
             Err(error) => (defaults, default_config, Some(ErrorEntry::with(Code::SETTING, error))),
         },
-        Err(error) => (defaults, default_config, Some(ErrorEntry::with(Code::STORAGE, error))),
+        Err(error) => (defaults, default_config, Some(ErrorEntry::with(Code::STORAGE, *error))),
     };
     let mailboxes: &Mailboxes = memory.mailboxes.insert(Mailboxes::new());
     let interrupt = Interrupt::new(SpeedLoop::new(config), mailboxes).recording(memory.capture.recorder(CAPTURE_BEFORE));
@@ -132,7 +131,9 @@ pub fn assemble<'a, F: NorFlash>(
     let drift: &gyro_loop::DriftMeasurement =
         memory.drift.insert(gyro_loop::DriftMeasurement::new(gyro_loop::Scales::new(&kept.settings.gyro, &kept.hardware)));
     let observer: &observer::RunningObserver = memory.observer.insert(observer::RunningObserver::default());
-    observer.set_parameters(&observer_numbers);
+    if let Ok(Some(saved)) = &loaded {
+        observer.set_parameters(&saved.observer);
+    }
     observer.set_gyro_settings(kept.settings.gyro);
     let state = State::new(
         identity,

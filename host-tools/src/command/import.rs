@@ -6,8 +6,9 @@ use clap::{Args, Subcommand};
 
 use super::error::CliError;
 use super::output::JsonOutput;
+use crate::log::Notes;
 use crate::log::import::{self, Statements, file_of};
-use crate::report::inspection as report;
+use crate::report::{inspection as report, log_warning};
 
 /// What the user states about a log of another program; it is remembered in NAME.import.toml beside the log.
 #[derive(Debug, Clone, Default, Args)]
@@ -40,11 +41,16 @@ impl ImportOptions {
             };
             list.iter().map(pair).collect::<Result<Vec<_>, _>>()
         };
+        let notes = pairs("--note", &self.note, "\"u_V=at t\"")?;
+        // A file may have notes for other programs. One that is typed here is meant for this one.
+        if let Some(warning) = Notes::from(notes.clone()).not_understood().first() {
+            return Err(CliError::Input(format!("--note: {}", log_warning(warning))));
+        }
         Ok(Statements {
             columns: pairs("--map", &self.map, "speed_rpm=omega_rad_s")?,
             units: pairs("--unit", &self.unit, "t=ms")?,
             sample_rate_Hz: self.sample_rate,
-            notes: pairs("--note", &self.note, "\"u_V=at t\"")?,
+            notes,
         })
     }
 

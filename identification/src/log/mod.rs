@@ -158,7 +158,7 @@ impl Log {
             return Err(LogError::new(path, LogErrorKind::NoRows));
         }
         let (median_dt_s, longest_step_s) = intervals(&t_s.values);
-        warnings.extend(notes::warnings(&notes));
+        warnings.extend(notes.not_understood());
         let mut begins = runs;
         begins.insert(0, 0);
         let ends = begins.iter().skip(1).copied().chain([t_s.values.len()]);

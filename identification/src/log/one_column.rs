@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::{LogError, LogErrorKind};
 use super::warning::LogWarning;
-use super::{Column, Notes, Selection, names, notes, quantization, read_contents};
+use super::{Column, Notes, Selection, names, quantization, read_contents};
 
 /// One column of a log.
 #[derive(Debug, Clone)]
@@ -39,7 +39,7 @@ impl OneColumn {
             return Err(LogError::new(path, LogErrorKind::NoRows));
         }
         let mut warnings = contents.warnings;
-        warnings.extend(notes::warnings(&contents.notes));
+        warnings.extend(contents.notes.not_understood());
         Ok(Self { name, values, notes: contents.notes, warnings })
     }
 

@@ -170,7 +170,7 @@ fn step_above_one_and_a_half_intervals_is_a_gap() {
 fn noted(notes: &[(&str, &str)]) -> Log {
     let mut log = sample();
     log.notes = notes.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect::<Vec<_>>().into();
-    log.warnings = notes::warnings(&log.notes);
+    log.warnings = log.notes.not_understood();
     log
 }
 
@@ -219,7 +219,7 @@ fn notes_that_are_written_are_read() {
         Note::Fault(fault.clone()),
     ];
     let notes: Notes = written.into_iter().collect();
-    assert!(notes::warnings(&notes).is_empty(), "{:?}", notes::warnings(&notes));
+    assert_eq!(notes.not_understood(), Vec::new());
     assert_eq!(notes.voltage(), VoltageSource::Terminals);
     let rate = notes.provenance("omega_rad_s");
     assert_eq!((rate.source, rate.filter_hz), (RateSource::RateSensor, Some(100.0)));

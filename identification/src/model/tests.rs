@@ -264,6 +264,7 @@ fn invalid_edit_changes_nothing() {
         (model.remove("cogging"), "the model has no effect 'cogging'; the model has viscous, coulomb, seal-drag"),
         (model.add("cogging#x"), "write 'cogging#2' for a second instance"),
         (model.add("viscous"), "is listed twice"),
+        (model.set_input(Input::Motion), "is not an output for the input"),
     ] {
         let message = error.unwrap_err().to_string();
         assert!(message.contains(wants), "{message}");

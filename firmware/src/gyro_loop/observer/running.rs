@@ -93,7 +93,6 @@ struct State {
     design: Option<Design<f64, MAX_STATES>>,
     observer: Observer<f64, MAX_STATES>,
     vibration: Option<Vibration>,
-    correction: VibrationCorrection,
     innovation_rad: f64,
     feedback: bool,
     feed_forward: bool,
@@ -131,7 +130,6 @@ impl Default for RunningObserver {
                 design: None,
                 observer: Observer::at(0.0),
                 vibration: None,
-                correction: VibrationCorrection::default(),
                 innovation_rad: 0.0,
                 feedback: false,
                 feed_forward: false,
@@ -248,7 +246,11 @@ impl RunningObserver {
 
     /// All estimates for the next row, the last innovation, rad, and the correction for vibration.
     pub fn estimates(&self) -> ([f64; MAX_STATES], f64, VibrationCorrection) {
-        self.with(|state| (*state.observer.estimate(), state.innovation_rad, state.correction)).unwrap_or_default()
+        self.with(|state| {
+            let correction = state.vibration.as_ref().map_or_else(VibrationCorrection::default, Vibration::newest);
+            (*state.observer.estimate(), state.innovation_rad, correction)
+        })
+        .unwrap_or_default()
     }
 
     /// One row further: the estimates for this row, and the regulator's step from the next row on. `None` without estimates or without feedback.
@@ -291,7 +293,6 @@ impl State {
             }
             _ => None,
         };
-        self.correction = VibrationCorrection::default();
         self.settling_rows = libm::ceil(parameters.value(SETTLE) * ROW_HZ as f64) as u32;
         self.design = Some(design);
         self.stability = Some(Stability::new(&phi, &gain));
@@ -404,7 +405,7 @@ impl State {
         let settled = self.phase == Phase::Settled;
         if let (Some(vibration), Some(gamma_rad), true) = (&mut self.vibration, roll_rad, settled) {
             let [_, alpha_rate_rad_s, _, beta_rate_rad_s, ..] = *self.observer.estimate();
-            self.correction = vibration.update(Motion { alpha_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rad });
+            vibration.update(Motion { alpha_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rad });
         }
     }
 

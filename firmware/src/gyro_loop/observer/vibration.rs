@@ -36,13 +36,11 @@ pub struct VibrationCorrection {
 /// State of the correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vibration {
-    /// H/k_α, s.
-    rate_gain_s: f64,
-    /// (Jx − Jz)/k_α, s², over the step, s.
-    inertia_gain_s: f64,
+    /// H/k_α, s, times the inverse response of α̂′: real part, and imaginary part over the angular frequency in steps.
+    rate_gains_s: [f64; 2],
+    /// (Jx − Jz)/k_α over the step, s, times the inverse response of β̂′, likewise.
+    tilt_gains_s: [f64; 2],
     /// Steps in a mean, not an integer.
-    /// Inverse responses of α̂′ and β̂′: real part, and imaginary part over the angular frequency in steps.
-    response: [[f64; 2]; 2],
     steps: f64,
     left: f64,
     sums: [f64; 2],
@@ -61,11 +59,9 @@ impl Vibration {
         within("vibration rate_gain_s", rate_gain_s, -1e12, 1e12)?;
         within("vibration inertia_gain_s2", inertia_gain_s2, -1e12, 1e12)?;
         let steps = window_s / step_s;
-        let inertia_gain_s = inertia_gain_s2 / step_s;
         Ok(Self {
-            rate_gain_s,
-            inertia_gain_s,
-            response: [[1.0, 0.0]; 2],
+            rate_gains_s: [rate_gain_s, 0.0],
+            tilt_gains_s: [inertia_gain_s2 / step_s, 0.0],
             steps,
             left: steps,
             sums: [0.0; 2],
@@ -84,23 +80,30 @@ impl Vibration {
             within("vibration response", number, -1e6, 1e6)?;
         }
         if response != [0.0; 4] {
+            let ([rate_gain_s, _], [tilt_gain_s, _]) = (self.rate_gains_s, self.tilt_gains_s);
             let [rate, rate_s, tilt, tilt_s] = response;
-            self.response = [[rate, rate_s / step_s], [tilt, tilt_s / step_s]];
+            self.rate_gains_s = [rate_gain_s * rate, rate_gain_s * rate_s / step_s];
+            self.tilt_gains_s = [tilt_gain_s * tilt, tilt_gain_s * tilt_s / step_s];
         }
         Ok(self)
+    }
+
+    /// Means over the last whole periods; zero before the first.
+    pub fn newest(&self) -> VibrationCorrection {
+        self.newest
     }
 
     /// The next step. Between two steps, values and products are the mean of both ends: the relative error is (2πf·step)²/12.
     pub fn update(&mut self, motion: Motion) -> VibrationCorrection {
         let Some(before) = self.before.replace(motion) else { return self.newest };
         let turned_rad = motion.gamma_rad - before.gamma_rad;
-        let [[rate, rate_change], [tilt, tilt_change]] = self.response;
+        let ([rate, rate_change], [tilt, tilt_change]) = (self.rate_gains_s, self.tilt_gains_s);
         let (sin_before, sin_now) = (libm::sin(before.gamma_rad), libm::sin(motion.gamma_rad));
         let product = before.alpha_rate_rad_s * sin_before + motion.alpha_rate_rad_s * sin_now;
         let change = (motion.alpha_rate_rad_s - before.alpha_rate_rad_s) * (sin_before + sin_now);
-        let tilt_rate = 0.5 * tilt * (before.beta_rate_rad_s + motion.beta_rate_rad_s)
+        let tilt_rad = 0.5 * tilt * (before.beta_rate_rad_s + motion.beta_rate_rad_s)
             + tilt_change * (motion.beta_rate_rad_s - before.beta_rate_rad_s);
-        let vibration_rad = 0.5 * self.rate_gain_s * (rate * product + rate_change * change) - self.inertia_gain_s * tilt_rate * turned_rad;
+        let vibration_rad = 0.5 * (rate * product + rate_change * change) - tilt_rad * turned_rad;
         let values = [0.5 * (before.alpha_rad + motion.alpha_rad), vibration_rad];
         let part = if self.left < 1.0 { self.left } else { 1.0 };
         for (sum, value) in self.sums.iter_mut().zip(values) {

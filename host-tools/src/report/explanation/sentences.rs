@@ -209,7 +209,7 @@ fn expectation(e: &Explanation, expected: &[Separation]) -> String {
     let name = |run: &StandRun| format!("{} of {} {}", run.profile, run.amplitude, if run.mode == "rate" { "rad/s" } else { "V" });
     if best.expected_delta_bic < e.criteria.evidence.min_bic_difference {
         return format!(
-            "No run of the stand is expected to separate them: at best {} brings ΔBIC = {}, computed with the fitted model. ",
+            "With what this log shows of them, no run of the stand separates them: the best, {}, is expected to bring ΔBIC = {}. Parts that the log does not show may differ. ",
             name(&best.run),
             delta_bic(best)
         );

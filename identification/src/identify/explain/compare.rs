@@ -110,13 +110,13 @@ impl AddingStep<'_> {
     }
 
     /// The chosen candidate and those that the logs do not distinguish from it.
-    pub fn doubt(mut self, chosen: usize) -> Doubt {
-        let is_rival: Vec<bool> = self.candidates.iter().map(|f| self.are_alike(&self.candidates[chosen], f)).collect();
-        let chosen_id = self.candidates[chosen].trial.card.id;
-        let alike = std::mem::take(&mut self.candidates).into_iter().zip(is_rival);
-        let kept = alike.filter(|(f, is_rival)| *is_rival || f.trial.card.id == chosen_id).map(|(f, _)| f);
-        let (chosen, rivals) = kept.partition(|f| f.trial.card.id == chosen_id);
-        Doubt { chosen, rivals }
+    pub fn doubt(self, chosen: usize) -> Doubt {
+        let alike = self.candidates.iter().filter(|f| self.are_alike(&self.candidates[chosen], f));
+        let rivals: Vec<&str> = alike.map(|f| f.trial.card.id).collect();
+        let mut candidates = self.candidates;
+        let chosen = candidates.swap_remove(chosen);
+        candidates.retain(|f| rivals.contains(&f.trial.card.id));
+        Doubt { chosen, rivals: candidates }
     }
 
     /// The best `count` rivals of the chosen candidate, which may take its place later.

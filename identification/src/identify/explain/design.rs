@@ -25,8 +25,8 @@ use crate::statistics::Extremes;
 
 /// Candidates that the logs cannot distinguish.
 pub struct Doubt {
-    /// The one that was added; one element.
-    pub chosen: Vec<FittedCandidate>,
+    /// The one that was added.
+    pub chosen: FittedCandidate,
     /// The others.
     pub rivals: Vec<FittedCandidate>,
 }
@@ -44,12 +44,12 @@ const SEED: u64 = 1;
 
 /// All runs of the stand that can be simulated, the best first; `base` is the model to which the candidates were added.
 pub fn separations(base: &FittedModel, doubt: &Doubt) -> Vec<Separation> {
-    let Some(chosen) = doubt.chosen.first().filter(|_| base.data.driven != Input::Motion && !doubt.rivals.is_empty()) else {
+    if base.data.driven == Input::Motion || doubt.rivals.is_empty() {
         return Vec::new();
-    };
+    }
     let priors: Vec<DMatrix<f64>> = doubt.rivals.iter().map(|rival| prior(base, rival)).collect();
     let separation = |run: &StandRun| {
-        let log = simulated(base, chosen, run)?;
+        let log = simulated(base, &doubt.chosen, run)?;
         let scale = run.duration_s / log.duration_s().max(base.data.dt_s);
         let gains = doubt.rivals.iter().zip(&priors).map(|(rival, prior)| gain_over(base, rival, prior, &log));
         let nearest = gains.collect::<Option<Vec<f64>>>()?.into_iter().min_or_infinity();

@@ -131,7 +131,13 @@ impl ResidualRows {
         let (mut y, mut mask, mut channels) = (Vec::new(), Vec::new(), Vec::new());
         for f in &fit.channels {
             // Overlapping increments are not independent: one in `lag` is.
-            let unit = f.noise * if f.channel == Channel::Angle { (lag as f64).sqrt() } else { 1.0 };
+            let unit = f.noise
+                * match (f.channel, f.is_increment) {
+                    (Channel::Angle, true) => (lag as f64).sqrt(),
+                    // The noise of a difference of two readings.
+                    (Channel::Angle, false) => (2.0 * lag as f64).sqrt(),
+                    _ => 1.0,
+                };
             if f.residual.len() != n || !unit.is_finite() || unit <= 0.0 {
                 return None;
             }

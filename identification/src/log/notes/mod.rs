@@ -6,7 +6,8 @@
 mod read;
 mod write;
 
-pub(super) use read::warnings;
+use super::warning::LogWarning;
+use read::warnings;
 pub use read::{FaultNote, Provenance, RateSource, VoltageSource};
 pub use write::{Note, microseconds, timestamp};
 
@@ -45,6 +46,11 @@ impl Notes {
         let value = self.0.iter().rev().find(|(k, _)| k == key).map(|(_, value)| value.clone());
         self.0.retain(|(k, _)| k != key);
         value
+    }
+
+    /// A warning for each note about a column of the drive that is not understood.
+    pub fn not_understood(&self) -> Vec<LogWarning> {
+        warnings(&self.0)
     }
 
     /// The value of the first note with that key.
