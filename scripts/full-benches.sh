@@ -26,7 +26,7 @@ declare -A pieces=(
     [own-explain-2]="confusion own 1 13"
     [own-explain-3]="confusion own 1 14"
     [several-explain]="confusion several 30 1"
-    [outsiders-explain]="confusion outsiders 1 1"
+    [sensor-under-test]="bench sensor -- 300 1"
     [nulls-1]="confusion nulls 200 6001"
     [nulls-2]="confusion nulls 200 6201"
     [nulls-3]="confusion nulls 200 6401"
@@ -56,6 +56,18 @@ declare -A pieces=(
     [image-level-s]="image_at_level s"
     [chip-telemetry]="STAND_TELEMETRY_S=600 cargo test -q -p chip-sim --test streams telemetry_loses -- --include-ignored --nocapture"
 )
+# 300 logs of each kind of imperfection, without and with a hidden effect; 300 of each outsider in 50 pieces. A log with coloured noise takes ten times as long.
+for kind in jitter outliers slow-instant slow-mean; do
+    pieces[dirt-$kind]="confusion dirt $kind 300 9001"
+    pieces[effects-$kind]="confusion dirty-own $kind 312 9001"
+done
+for k in 1 2 3; do
+    pieces[dirt-coloured-$k]="confusion dirt coloured 100 $((8901 + 100 * k))"
+    pieces[effects-coloured-$k]="confusion dirty-own coloured 117 $((8901 + 100 * k))"
+done
+for k in $(seq 50); do
+    pieces[outsiders-$(printf %02d "$k")]="confusion outsiders 1 $k"
+done
 names() { printf '%s\n' "${!pieces[@]}" | sort; }
 
 if [ $# = 0 ]; then

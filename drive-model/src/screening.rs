@@ -13,6 +13,8 @@ pub enum Requirement {
     Angle,
     /// The angle is compared.
     ComparedAngle,
+    /// The angle is compared, or a rate is compared with it as a known motion.
+    AngleReading,
     /// The rate is compared.
     ComparedRate,
     /// The current is compared and is not the model's input.

@@ -1,13 +1,18 @@
 //! The winding: quasi-static, or with its inductance.
 
-use crate::Rig;
+use crate::{Input, Rig, RowInput};
 use drive_model::{Contributions, Scalar};
 
 impl<S: Scalar> Rig<S> {
-    /// Current over `h` at a constant rate: (mean, last), A. `u_V` is the commanded voltage.
+    /// Current over `h` at a constant rate: (mean, last), A.
     #[inline]
-    pub(super) fn armature(&self, total: &Contributions<S>, motor_constant: S, omega: S, before: S, u_V: f64, h: f64) -> (S, S) {
+    pub(super) fn armature(&self, total: &Contributions<S>, motor_constant: S, omega: S, before: S, row: &RowInput, h: f64) -> (S, S) {
         let resistance = self.base.resistance * total.resistance_factor + total.series_ohm;
+        let u_V = if self.input == Input::Voltage { row.input } else { 0.0 };
+        if row.connected < 1.0 {
+            let mean = self.part_time_current(total, motor_constant * omega, resistance, u_V, row.connected);
+            return (mean, mean);
+        }
         let v = total.voltage - motor_constant * omega + u_V;
         let Some(inductance) = self.structure.inductance_H else {
             let current = past_drop(v, total.drop_V) / resistance;
@@ -37,6 +42,19 @@ impl<S: Scalar> Rig<S> {
             return (charge / h, beyond * settled);
         }
         (mean, last)
+    }
+}
+
+impl<S: Scalar> Rig<S> {
+    /// Mean current of a winding that is connected for the fraction `connected` of the time and open in the rest, A; `u_V` is the mean of the applied voltage,
+    /// zero while the winding is open. Discontinuous conduction: the current falls to zero soon after the winding opens, through the diodes of the bridge, and the back-EMF
+    /// counts only while it is connected (Mohan, Undeland, Robbins, Power Electronics, 3rd ed., §7-3). With the supply U = `u_V`/`connected` the heat at stall is that of the
+    /// RMS voltage U √`connected`. The diodes block as long as the back-EMF is below the supply.
+    fn part_time_current(&self, total: &Contributions<S>, back_emf_V: S, resistance: S, u_V: f64, connected: f64) -> S {
+        if connected <= 0.0 {
+            return S::zero();
+        }
+        past_drop(total.voltage - back_emf_V * connected + u_V, total.drop_V * connected) / resistance
     }
 }
 

@@ -22,7 +22,7 @@ impl<S: Scalar> Rig<S> {
         let rate = S::from(omega);
         let theta = S::from(row.theta.map_or(0.0, |t| t.0));
         let x = self.point(row, 0.0, 0.0, theta, rate, S::from(current_A), S::zero());
-        let total = self.contributions(&x);
+        let total = self.contributions(&x, row, theta);
         let motor_constant = self.base.motor_constant * total.motor_factor;
         let (inertia, reaction) = self.varying_inertia(&total, self.base.inertia, rate);
         let sliding = inertia * alpha - reaction
@@ -35,7 +35,7 @@ impl<S: Scalar> Rig<S> {
         let current = torque / motor_constant;
         let resistance = self.base.resistance * total.resistance_factor + total.series_ohm;
         let drop = if current > 0.0 { total.drop_V } else { -total.drop_V };
-        let voltage = resistance * current + motor_constant * omega + drop - total.voltage;
+        let voltage = resistance * current + (motor_constant * omega + drop) * row.connected - total.voltage;
         Demand { torque, current, voltage }
     }
 }

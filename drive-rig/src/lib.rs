@@ -11,10 +11,12 @@
 
 mod armature;
 mod demand;
+mod servo;
 mod shaft;
 mod slide;
 
 pub use demand::Demand;
+pub use servo::Servo;
 use shaft::TwoBodies;
 pub use slide::slide;
 
@@ -36,6 +38,8 @@ pub struct Base<S> {
     pub motor_constant: S,
     /// Resistance R of the winding, Ω.
     pub resistance: S,
+    /// Regulator of a position servo; only with [`Input::Setpoint`].
+    pub servo: Option<Servo<S>>,
 }
 
 /// The measured quantity that drives the model.
@@ -47,6 +51,15 @@ pub enum Input {
     Current,
     /// `torque_N_m`
     Torque,
+    /// `theta_cmd_rad`: the setpoint of a position servo, whose regulator gives the voltage.
+    Setpoint,
+}
+
+impl Input {
+    /// The winding is supplied by a voltage.
+    fn is_voltage(self) -> bool {
+        matches!(self, Input::Voltage | Input::Setpoint)
+    }
 }
 
 /// One row with its input.
@@ -56,8 +69,11 @@ pub struct RowInput {
     pub t_s: f64,
     /// Length, s.
     pub dt_s: f64,
-    /// Voltage, current or torque, mean over the row.
+    /// Voltage, current or torque, mean over the row; or the setpoint of the angle.
     pub input: f64,
+    /// Fraction of the row in which the bridge connects the winding. Below 1 the winding is open in the rest, and its current zero there: a bridge that
+    /// coasts in the off time of the PWM, and 0 for a motor that is disconnected.
+    pub connected: f64,
     /// Measured angle at start and end, rad; `None`: the simulated angle.
     pub theta: Option<(f64, f64)>,
     /// Measured winding temperature, °C; `None`: the simulated temperature, if an effect heats the winding.
@@ -66,6 +82,8 @@ pub struct RowInput {
     pub supply_ratio: f64,
     /// The rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
+    /// The measured angle is the input of the model.
+    pub reference_angle: bool,
     /// Columns of the log that expressions of the user use.
     pub columns: [f64; MAX_COLUMNS],
     /// Time of the first row of the log, s.
@@ -79,10 +97,12 @@ impl RowInput {
             t_s,
             dt_s,
             input,
+            connected: 1.0,
             theta: None,
             temp_C: None,
             supply_ratio: 1.0,
             rate_from_encoder: false,
+            reference_angle: false,
             columns: [0.0; MAX_COLUMNS],
             start_s: 0.0,
         }
@@ -166,11 +186,14 @@ impl<S: Scalar> Rig<S> {
     /// Number of steps for an error below the noise over a row of `dt_s`: by the fastest time constant.
     fn steps_needed(&self, dt_s: f64) -> f64 {
         let inertia = self.base.inertia.re();
-        let brake = match self.input {
-            Input::Voltage => self.base.motor_constant.re().powi(2) / self.base.resistance.re(),
-            Input::Current | Input::Torque => 0.0,
-        };
+        let (motor_constant, resistance) = (self.base.motor_constant.re(), self.base.resistance.re());
+        let brake = if self.input.is_voltage() { motor_constant.powi(2) / resistance } else { 0.0 };
         let mut rate_1_s = brake / inertia / 0.03;
+        if let Some(servo) = &self.base.servo {
+            let per_inertia = motor_constant / resistance / inertia;
+            let (swing_1_s, decay_1_s) = ((servo.gain_V_rad.re() * per_inertia).sqrt(), servo.damping_V_s_rad.re() * per_inertia);
+            rate_1_s = rate_1_s.max(swing_1_s / 0.1).max(decay_1_s / 0.03);
+        }
         if self.structure.needs_current {
             rate_1_s = rate_1_s.max(2.0 / MAX_STEP_S);
         }
@@ -198,7 +221,7 @@ impl<S: Scalar> Rig<S> {
     pub fn advance(&self, state: &mut State<S>, row: &RowInput) -> S {
         let steps = self.steps(row.dt_s);
         let at_rest = (row.dt_s / REST_STEP_S).ceil() as u32;
-        if self.structure.inductance_H.is_none() || self.input != Input::Voltage || steps >= at_rest {
+        if self.structure.inductance_H.is_none() || !self.input.is_voltage() || steps >= at_rest {
             return self.advance_in(state, row, steps);
         }
         // While the current rises, a rotor that leaves rest or reverses is held by the Coulomb torque for a part of the step. The mean torque
@@ -216,8 +239,8 @@ impl<S: Scalar> Rig<S> {
     /// Whether a rotor at rest stays at rest with the present input.
     fn is_held(&self, state: &State<S>, row: &RowInput) -> bool {
         let x = self.point(row, 1.0, 0.0, state.theta, self.motor_omega(state), state.current, state.heat_K);
-        let total = self.contributions(&x);
-        let motor = self.motor(&total, x.omega, state.current, row.input, row.dt_s);
+        let total = self.contributions(&x, row, state.theta);
+        let motor = self.motor(&total, x.omega, state.current, row, row.dt_s);
         let shaft = self.structure.shaft.as_ref().map_or(0.0, |s| if s.gap.re() > 0.0 { 0.0 } else { s.stiffness.re() * state.twist.re() });
         (motor.torque.re() - shaft).abs() <= motor.coulomb_torque.re()
     }
@@ -254,17 +277,21 @@ impl<S: Scalar> Rig<S> {
             return state.current;
         }
         let omega = if self.structure.shaft.is_some() { state.motor_omega } else { state.omega };
-        let total = self.contributions(&self.point(row, 0.0, 0.0, state.theta, omega, state.current, state.heat_K));
-        self.armature(&total, self.base.motor_constant * total.motor_factor, omega, state.current, row.input, 0.0).0
+        let total = self.contributions(&self.point(row, 0.0, 0.0, state.theta, omega, state.current, state.heat_K), row, state.theta);
+        self.armature(&total, self.base.motor_constant * total.motor_factor, omega, state.current, row, 0.0).0
     }
 
-    /// Sum of the contributions of all effects at `x`.
+    /// Sum of the contributions of all effects at `x`, a point of `row`, and of the regulator of a servo at the simulated angle `theta`. The regulator acts on
+    /// that angle: a line between two measured ones lacks the curvature of the motion.
     #[inline]
-    pub(crate) fn contributions(&self, x: &Point<S>) -> Contributions<S> {
+    pub(crate) fn contributions(&self, x: &Point<S>, row: &RowInput, theta: S) -> Contributions<S> {
         let mut total = Contributions::none();
         for &k in &self.contributing {
             let effects = &self.effects[k];
             effects.law.contribute(&effects.parameters, x, &mut total);
+        }
+        if let Some(servo) = &self.base.servo {
+            total.voltage += servo.voltage_V(row.input, theta, x.omega);
         }
         total
     }
@@ -290,6 +317,7 @@ impl<S: Scalar> Rig<S> {
             temp_C: row.temp_C.map_or(heat_K + T0_C, S::from),
             supply_ratio: row.supply_ratio,
             rate_from_encoder: row.rate_from_encoder,
+            reference_angle: row.reference_angle,
             columns: row.columns,
         }
     }
@@ -304,10 +332,10 @@ impl<S: Scalar> Rig<S> {
     #[inline]
     fn step_plain(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
         let x = self.point(row, from, 0.5 * h, state.theta, state.omega, state.current, state.heat_K);
-        let motor = self.motor(&self.contributions(&x), state.omega, state.current, row.input, 0.5 * h);
+        let motor = self.motor(&self.contributions(&x, row, state.theta), state.omega, state.current, row, 0.5 * h);
         let (middle, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, 0.5 * h);
         let x = self.point(row, from, h, state.theta + turned, middle, motor.last_A, state.heat_K);
-        let motor = self.motor(&self.contributions(&x), middle, state.current, row.input, h);
+        let motor = self.motor(&self.contributions(&x, row, state.theta + turned), middle, state.current, row, h);
         let (omega, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, h);
         state.omega = omega;
         state.theta += turned;
@@ -320,13 +348,13 @@ impl<S: Scalar> Rig<S> {
     fn step_structured(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
         let start = *state;
         let mut x = self.point(row, from, 0.5 * h, start.theta, self.motor_omega(&start), start.current, start.heat_K);
-        if self.structure.needs_current && self.input == Input::Voltage {
+        if self.structure.needs_current && self.input.is_voltage() {
             // The voltage may have jumped: the laws get the current that the new voltage drives.
-            x.current = self.motor(&self.contributions(&x), x.omega, start.current, row.input, 0.5 * h).mean_A;
+            x.current = self.motor(&self.contributions(&x, row, start.theta), x.omega, start.current, row, 0.5 * h).mean_A;
         }
-        let (half, _) = self.stage(&start, &start, &self.contributions(&x), row, 0.5 * h);
+        let (half, _) = self.stage(&start, &start, &self.contributions(&x, row, start.theta), row, 0.5 * h);
         let x = self.point(row, from, h, half.theta, self.motor_omega(&half), half.current, half.heat_K);
-        let (end, current) = self.stage(&start, &half, &self.contributions(&x), row, h);
+        let (end, current) = self.stage(&start, &half, &self.contributions(&x, row, half.theta), row, h);
         *state = end;
         current
     }
@@ -338,15 +366,15 @@ impl<S: Scalar> Rig<S> {
 
     /// Motor and friction over `h` at the rate `omega`.
     #[inline]
-    fn motor(&self, total: &Contributions<S>, omega: S, current: S, input: f64, h: f64) -> Motor<S> {
+    fn motor(&self, total: &Contributions<S>, omega: S, current: S, row: &RowInput, h: f64) -> Motor<S> {
         let motor_constant = self.base.motor_constant * total.motor_factor;
         let (drive, mean_A, last_A) = match self.input {
-            Input::Voltage => {
-                let (mean, last) = self.armature(total, motor_constant, omega, current, input, h);
+            Input::Voltage | Input::Setpoint => {
+                let (mean, last) = self.armature(total, motor_constant, omega, current, row, h);
                 (motor_constant * mean, mean, last)
             }
-            Input::Current => (motor_constant * input, S::from(input), S::from(input)),
-            Input::Torque => (S::from(input), S::zero(), S::zero()),
+            Input::Current => (motor_constant * row.input, S::from(row.input), S::from(row.input)),
+            Input::Torque => (S::from(row.input), S::zero(), S::zero()),
         };
         let torque = drive + total.torque - total.viscous * total.viscous_factor * omega;
         Motor { torque, coulomb_torque: total.coulomb_torque_under(drive), mean_A, last_A }
@@ -363,8 +391,7 @@ impl<S: Scalar> Rig<S> {
     fn stage(&self, start: &State<S>, mid: &State<S>, total: &Contributions<S>, row: &RowInput, h: f64) -> (State<S>, S) {
         let mut end = *start;
         let omega = self.motor_omega(mid);
-        let Motor { mut torque, coulomb_torque: mut coulomb, mean_A: current, last_A } =
-            self.motor(total, omega, start.current, row.input, h);
+        let Motor { mut torque, coulomb_torque: mut coulomb, mean_A: current, last_A } = self.motor(total, omega, start.current, row, h);
         end.current = last_A;
         if let (Some(thermal), None) = (&self.structure.thermal, row.temp_C) {
             let loss_W = self.base.resistance * total.resistance_factor * current * current;

@@ -7,7 +7,7 @@ mod common;
 
 use common::{ROW_S, span};
 use drive_model::{Law, LawScalar};
-use drive_rig::{Base, Input, Rig, RowInput, State};
+use drive_rig::{Base, Input, Rig, RowInput, Servo, State};
 use num_dual::{Derivative, DualSVec64};
 
 type Dual = DualSVec64<8>;
@@ -34,7 +34,9 @@ struct Case {
 
 /// Readings of rate, angle and current at every tenth of 60 rows.
 fn run<S: LawScalar>(case: &Case, values: &[S]) -> Vec<S> {
-    let base = Base { inertia: values[0], motor_constant: values[1], resistance: values[2] };
+    let servo = Servo { gain_V_rad: S::from(4.0), damping_V_s_rad: S::from(0.01), limit_V: S::from(12.0) };
+    let servo = (case.input == Input::Setpoint).then_some(servo);
+    let base = Base { inertia: values[0], motor_constant: values[1], resistance: values[2], servo };
     let mut rest = &values[STATES + 1..];
     let mut list: Vec<(Box<dyn Law<S>>, Vec<S>)> = Vec::new();
     for id in &case.effects {
@@ -55,6 +57,7 @@ fn run<S: LawScalar>(case: &Case, values: &[S]) -> Vec<S> {
             Input::Voltage => 1.5 + 0.4 * (40.0 * t).sin(),
             Input::Current => 0.4 + 0.1 * (40.0 * t).sin(),
             Input::Torque => 8e-3 + 2e-3 * (40.0 * t).sin(),
+            Input::Setpoint => 0.5 + 9.0 * t,
         };
         let span = RowInput { supply_ratio: 0.97, rate_from_encoder: true, ..span(t, ROW_S, input, None) };
         let before = (state.omega, state.theta, state.heat_K);
@@ -146,7 +149,7 @@ fn case(id: &'static str, input: Input) -> Case {
 #[test]
 fn every_parameter_of_every_effect_has_the_derivative_of_its_finite_difference() {
     for card in drive_model::cards() {
-        for input in [Input::Voltage, Input::Current, Input::Torque] {
+        for input in [Input::Voltage, Input::Current, Input::Torque, Input::Setpoint] {
             let case = case(card.id, input);
             let moved = check(&case, &format!("{} {input:?}", card.id));
             if input == Input::Voltage && !matches!(card.id, "sensor-lag" | "time-skew") {
@@ -193,7 +196,7 @@ fn the_derivative_by_the_load_time_is_exact_within_a_row() {
     for t0 in [0.02, 0.0203, 0.02999] {
         let laws: Vec<(Box<dyn Law<Dual>>, Vec<Dual>)> =
             vec![(drive_model::law::<Dual>("load-step").unwrap(), vec![Dual::from(6e-4), seeded(t0, 0)])];
-        let base = Base { inertia: Dual::from(1e-4), motor_constant: Dual::from(0.02), resistance: Dual::from(2.0) };
+        let base = Base { inertia: Dual::from(1e-4), motor_constant: Dual::from(0.02), resistance: Dual::from(2.0), servo: None };
         let rig = Rig::new(base, Input::Torque, laws);
         let mut state = State::turning(Dual::from(1.0), Dual::from(0.0));
         for n in 0..50 {

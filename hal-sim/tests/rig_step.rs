@@ -41,6 +41,7 @@ fn the_step_is_finite_for_any_parameters() {
                         Input::Voltage => 6.0,
                         Input::Current => 2.0,
                         Input::Torque => 0.02,
+                        Input::Setpoint => 3.0,
                     };
                     let mean = rig.advance(&mut state, &span(f64::from(n) * 4e-3, row_s, draw.even(-size, size), None));
                     let s = [state.omega, state.theta, state.current, state.motor_omega, state.twist, state.bristle, state.heat_K, mean];

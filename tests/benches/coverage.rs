@@ -1,42 +1,48 @@
-//! Coverage of the standard errors: 300 simulated logs, fitted from wrong starts; 95 % intervals against the truth.
+//! Coverage of the standard errors: simulated logs, fitted from wrong starts as `stand fit` does; 95 % intervals against the truth, by mode and by noise.
 //!
-//! `cargo bench -p stand-tests --bench coverage`
+//! `cargo bench -p stand-tests --bench coverage -- [N]`: N logs per mode and noise.
 
 use hal_sim::plant::Stand;
+use host_tools::identify::deadline::Deadline;
+use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 use stand_tests::TWO_SIDED_95;
-use stand_tests::own::{TRUTH, fit_or_compare, log, model};
+use stand_tests::coverage_table::CoverageTable;
+use stand_tests::dirt::Dirt;
+use stand_tests::own::{TRUTH, log, model};
 
-/// Logs per mode; each with its own seed of profile and noise.
-const LOGS: u64 = 150;
 const PROFILES: [ProfileKind; 3] = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs];
+const NOISES: [Dirt; 4] = [Dirt::Clean, Dirt::Coloured, Dirt::Jitter, Dirt::Outliers];
 
 fn main() {
-    println!("{} logs of 30 s, profiles multi-step, multisine, prbs in turn; starts wrong by 1.5 either way", 2 * LOGS);
-    println!("| mode | parameter | inside 95 % | mean deviation, σ | rms deviation, σ |");
-    println!("|---|---|---|---|---|");
-    let (mut inside, mut all) = (0, 0);
+    let count = std::env::args().skip(1).find_map(|w| w.parse().ok()).unwrap_or(150_u64);
+    println!("{count} logs of 30 s per mode and noise, profiles multi-step, multisine, prbs in turn; starts wrong by 1.5 either way");
+    print!("{}", CoverageTable::header());
     for mode in [Mode::Voltage, Mode::Rate] {
-        let deviations: Vec<Vec<f64>> = (0..LOGS)
-            .into_par_iter()
-            .map(|k| {
-                let log = log(&Stand::default(), mode, PROFILES[k as usize % 3], 30.0, 1000 + k);
-                let factors = std::array::from_fn(|p| if (k >> p) & 1 == 0 { 1.5 } else { 1.0 / 1.5 });
-                let held = fit_or_compare(&log, &model(&factors), true).expect("a fit");
-                (0..6).map(|p| (held.parameters.list[p].value - TRUTH[p].1) / held.sigmas[p]).collect()
-            })
-            .collect();
-        for (p, (name, _)) in TRUTH.iter().enumerate() {
-            let n = deviations.len() as f64;
-            let within = deviations.iter().filter(|d| d[p].abs() < TWO_SIDED_95).count();
-            let mean = deviations.iter().map(|d| d[p]).sum::<f64>() / n;
-            let rms = (deviations.iter().map(|d| d[p] * d[p]).sum::<f64>() / n).sqrt();
-            println!("| {mode:?} | {name} | {:.1} % | {mean:+.2} | {rms:.2} |", 100.0 * within as f64 / n);
-            inside += within;
-            all += deviations.len();
+        for noise in NOISES {
+            let errors: Vec<Vec<(f64, f64)>> = (0..count).into_par_iter().filter_map(|k| errors(mode, noise, k)).collect();
+            let mut table = CoverageTable::default();
+            for (p, (name, _)) in TRUTH.iter().enumerate() {
+                errors.iter().for_each(|e| table.add(name, e[p].0, TWO_SIDED_95 * e[p].1, 0.0, ""));
+            }
+            print!("{}", table.rows(&format!("{mode:?}, {}", noise.name())));
         }
     }
-    println!("\nall together: {:.1} % of {all} intervals cover", 100.0 * f64::from(inside as u32) / all as f64);
+}
+
+/// Error of each parameter and its standard error, in the unit of the parameter; `None` where the log is refused.
+fn errors(mode: Mode, noise: Dirt, k: u64) -> Option<Vec<(f64, f64)>> {
+    let mut log = noise.on(&log(&Stand::default(), mode, PROFILES[k as usize % 3], 30.0, 1000 + k), k);
+    log.even_out_times();
+    let factors = std::array::from_fn(|p| if (k >> p) & 1 == 0 { 1.5 } else { 1.0 / 1.5 });
+    let model = model(&factors);
+    match evaluate(&log, &model, ParameterTreatment::Fitted, Deadline::NEVER) {
+        Ok(Evaluation::Evaluated(fitted)) => {
+            let result = &fitted.result;
+            Some(TRUTH.iter().enumerate().map(|(p, (_, truth))| (result.parameters.list[p].value - truth, result.sigmas[p])).collect())
+        }
+        _ => None,
+    }
 }

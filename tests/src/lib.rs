@@ -16,6 +16,7 @@ pub mod own;
 pub mod programs;
 pub mod rate_accuracy;
 pub mod real;
+pub mod sensor;
 pub mod streaming;
 pub mod tables;
 pub mod verdicts;

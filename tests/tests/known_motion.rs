@@ -5,6 +5,7 @@ use host_tools::log::{Column, Log};
 use host_tools::model::Model;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use stand_tests::sensor;
 
 const ROWS: usize = 30_000;
 const DT_S: f64 = 1e-3;
@@ -21,11 +22,16 @@ fn motion(t: f64) -> (f64, f64) {
 
 /// What is said about a sensor that reads `sensor(t)` and noise of 2 mrad/s.
 fn answer(sensor: impl Fn(f64) -> f64) -> Explanation {
+    answer_beside(sensor, |theta| theta)
+}
+
+/// The same beside an encoder of the table with an error of its own.
+fn answer_beside(sensor: impl Fn(f64) -> f64, reading: impl Fn(f64) -> f64) -> Explanation {
     let mut draw = Xoshiro256PlusPlus::seed_from_u64(42);
     let mut even = || (draw.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
     let mut noise = || 2e-3 * ((0..12).map(|_| even()).sum::<f64>() - 6.0);
     let t_s: Vec<f64> = (0..ROWS).map(|k| k as f64 * DT_S).collect();
-    let theta_rad = t_s.iter().map(|t| (motion(*t).1 / COUNT_RAD).floor() * COUNT_RAD).collect();
+    let theta_rad = t_s.iter().map(|t| (reading(motion(*t).1) / COUNT_RAD).floor() * COUNT_RAD).collect();
     let omega_rad_s = t_s.iter().map(|t| sensor(*t) + noise()).collect();
     let columns = [("t_s", t_s), ("theta_rad", theta_rad), ("omega_rad_s", omega_rad_s)];
     let columns = columns.into_iter().map(|(name, values)| Column { name: name.to_owned(), values }).collect();
@@ -56,4 +62,28 @@ fn delay_is_found() {
     // A pure delay and a first-order lag differ at the second order of ω τ only.
     let found = e.model.value("skew_s").or(e.model.value("lag_s")).unwrap_or(f64::NAN);
     assert!((found - 6e-3).abs() < 1e-4, "{:?} {found}", e.missing);
+}
+
+#[test]
+fn eccentricity_of_the_reference_is_named() {
+    // The table's encoder reads θ + e sin(θ + φ); the sensor is perfect.
+    let e = answer_beside(|t| motion(t).0, |theta| theta + 4e-3 * (theta + 0.7).sin());
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["encoder-eccentricity".to_owned()][..]));
+    let value = |name: &str| e.model.value(name).unwrap_or(f64::NAN);
+    assert!((value("eccentricity_rad") - 4e-3).abs() < 1e-4, "{}", value("eccentricity_rad"));
+    assert!((value("eccentricity_phase_rad") - 0.7).abs() < 0.05, "{}", value("eccentricity_phase_rad"));
+}
+
+#[test]
+fn errors_of_the_sensor_under_test_are_found_on_the_stands_own_logs() {
+    // Seeds 1 to 8: scale, bias, cubic nonlinearity, lag, g-sensitivity, mounting, quadratic nonlinearity, none.
+    for seed in 1..=8 {
+        let answer = sensor::answer(seed);
+        let right = match answer.kind {
+            sensor::Kind::None => answer.verdict == "adequate",
+            sensor::Kind::Quadratic => answer.verdict == "unknown-structure",
+            _ => answer.is_named(),
+        };
+        assert!(right, "{answer}");
+    }
 }

@@ -43,7 +43,7 @@ pub const CARD: Card = Card {
     ],
     polar: true,
     repeatable: true,
-    requires: &[Requirement::Angle, Requirement::ComparedAngle, Requirement::Turns { min: 1.5, rival: None }],
+    requires: &[Requirement::Angle, Requirement::AngleReading, Requirement::Turns { min: 1.5, rival: None }],
     uses_rate_source: true,
     screening: Screening::Harmonics(HarmonicSource::Encoder),
     family: "order-one",
@@ -65,7 +65,7 @@ pub const CARD: Card = Card {
         summary: "The code disc is mounted off the axis (harmonic order 1) or is oval (harmonic order 2).",
         signature: "A ripple of the angle and of the rate derived from it, proportional to the rate; no torque causes it.",
         experiment: "Run two constant rates, one high and one low: a torque has most effect at the low rate, the encoder at the high rate.",
-        similar: "Unbalance and cogging, whose rate ripple falls with the rate.",
+        similar: "Unbalance and cogging, whose rate ripple falls with the rate. With the angle as a known motion: a rate sensor with an error per turn, which no log of one encoder tells from this.",
         reference: "Heidenhain, Rotary Encoders (eccentricity error)",
     },
     ..Card::DEFAULT
@@ -88,8 +88,12 @@ impl<S: Scalar> Law<S> for EncoderEccentricity {
         }
         let (s, c) = phase.portable_sin_cos();
         y.theta += p[0] * s;
-        if x.rate_from_encoder {
-            y.omega += p[0] * p[1] * c * x.omega;
+        let slope = p[0] * p[1] * c;
+        if x.reference_angle {
+            // x.omega contains the error, (1 + slope) times the true rate.
+            y.omega -= slope / (slope + 1.0) * x.omega;
+        } else if x.rate_from_encoder {
+            y.omega += slope * x.omega;
         }
     }
     fn has_no_contribution(&self) -> bool {

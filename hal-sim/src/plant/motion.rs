@@ -74,6 +74,7 @@ impl Plant {
             // The bridge already follows the supply (`advance`); the law must not apply it again.
             supply_ratio: 1.0,
             rate_from_encoder: false,
+            reference_angle: false,
             columns: [0.0; MAX_COLUMNS],
         }
     }

@@ -79,7 +79,7 @@ pub fn stem(name: &str) -> &str {
 
 /// The rig of these effects, in the order of the catalogue.
 pub fn rig(drive: Drive, input: Input, list: &[(String, Vec<f64>)]) -> Rig<f64> {
-    let base = Base { inertia: drive.inertia, motor_constant: drive.motor_constant, resistance: drive.resistance };
+    let base = Base { inertia: drive.inertia, motor_constant: drive.motor_constant, resistance: drive.resistance, servo: None };
     let laws: Vec<(Box<dyn Law<f64>>, Vec<f64>)> =
         list.iter().map(|(id, p)| (drive_model::law::<f64>(stem(id)).unwrap(), p.clone())).collect();
     Rig::new(base, input, laws)

@@ -12,6 +12,7 @@ use crate::identify::deadline::Deadline;
 use crate::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
 use crate::identify::explain::criteria::JoiningCriteria;
 use crate::identify::explain::join_logs::join;
+use crate::identify::explain_logs::read_for;
 use crate::identify::fit::FitResult;
 use crate::log::Log;
 use crate::log::plausible::Defect;
@@ -55,9 +56,8 @@ impl From<EvaluationError> for CliError {
 pub(super) fn read_log_and_model(logs: &[PathBuf], model: &Path) -> Result<(Log, Model), CliError> {
     let model = Model::read(model)?;
     let spinner = spinner("reading");
-    let columns: Vec<&str> = model.columns().iter().map(String::as_str).collect();
     let read = |path: &PathBuf| {
-        Log::read_also(path, &columns).map(|mut log| {
+        read_for(path, &model).map(|mut log| {
             log.even_out_times();
             log
         })

@@ -25,6 +25,11 @@ pub fn note(axis: Axis, note: &PreparationNote) -> String {
             "The log does not state how {0} was made. Means over the last row fit better than values at the time of the row and are assumed, as of a rate from differences of an angle.",
             axis.column(column)
         ),
+        PreparationNote::MotionNotResolved { rows, of } => format!(
+            "The sensor is not compared in {} of {} rows, where the angle does not resolve the rate: at the ends, and where the acceleration jumps within 20 ms.",
+            super::numbers::grouped(*rows),
+            super::numbers::grouped(*of)
+        ),
         PreparationNote::Segments { segments, short: (short, rows) } => {
             let left_out = match short {
                 0 => String::new(),

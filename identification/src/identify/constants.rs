@@ -82,7 +82,7 @@ fn by_shifts(model: &Model, result: &FitResult) -> Option<Defect> {
             (&["i_A"], if shifts.is_empty() { Vec::new() } else { vec![Observed { decades: ratio, shifts, by: [1.0, 0.0] }] })
         }
         Input::Torque => (&["torque_N_m"], alone(inertia).into_iter().map(|s| Observed::one(s, [1.0, 0.0])).collect()),
-        Input::Motion => return None,
+        Input::Motion | Input::Setpoint => return None,
     };
     let patterns: &[[f64; 2]] = if columns.len() == 1 { &[[1.0, 0.0]] } else { &[[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] };
     let expected = |pattern: &[f64; 2], by: &[f64; 2]| THOUSANDTHS_DECADES * (pattern[0] * by[0] + pattern[1] * by[1]);

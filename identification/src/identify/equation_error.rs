@@ -3,8 +3,9 @@
 use super::fit::equation_error::{self, EquationErrorFit, InverseModelError, Settings};
 use super::fit::prepare::PrepareError;
 use super::fit::{self, FitError, FitResult, PreparedLog};
+use crate::identify::defects::defects;
 use crate::log::Log;
-use crate::log::plausible::{self, Defect};
+use crate::log::plausible::Defect;
 use crate::model::{Input, Model};
 
 /// Estimates that differ by more than this many standard uncertainties of their difference are marked.
@@ -44,7 +45,7 @@ pub enum EquationErrorFailure {
 /// The cutoff is out of range; the log lacks a column; the model is not linear in a parameter.
 pub fn fit(log: &Log, model: &Model, cutoff_hz: Option<f64>, all_rows: bool) -> Result<EquationErrorResult, EquationErrorFailure> {
     let settings = cutoff_hz.map_or_else(|| Ok(Settings::usual(log)), |hz| Settings::with_cutoff(log, hz))?;
-    let findings = plausible::check(log, model.input().column());
+    let findings = defects(log, model);
     if !findings.is_empty() {
         return Ok(EquationErrorResult::ImplausibleLog(findings));
     }

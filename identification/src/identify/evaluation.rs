@@ -11,7 +11,8 @@ use super::fit::{
 use super::recording_conventions::fit_as_recorded;
 use super::repetition::{Repetition, repetition};
 use super::residual::{self, Misfit};
-use crate::log::plausible::{self, Defect, ShiftedConstant};
+use crate::identify::defects::defects;
+use crate::log::plausible::{Defect, ShiftedConstant};
 use crate::log::{Log, RateSource};
 use crate::model::{Channel, Model};
 
@@ -89,7 +90,7 @@ pub fn evaluate<'a>(
     let (mut data, notes) = fit::prepare::prepare(log, model, treatment != ParameterTreatment::FittedToAllRows)?;
     data.deadline = deadline;
     let mut remarks: Vec<EvaluationRemark> = notes.into_iter().map(EvaluationRemark::Preparation).collect();
-    let findings = plausible::check(log, model.input().column());
+    let findings = defects(log, model);
     if !findings.is_empty() {
         return Ok(Evaluation::ImplausibleLog(findings));
     }

@@ -43,6 +43,19 @@ pub enum ExplainLogsError {
     },
 }
 
+/// Reads the log at `path` with the columns that the expressions of `model` use, and with the rate that the model compares.
+///
+/// # Errors
+/// The log cannot be read, or lacks the column of the rate.
+pub fn read_for(path: &Path, model: &Model) -> Result<Log, LogError> {
+    let columns: Vec<&str> = model.columns().iter().map(String::as_str).chain(model.rate_column()).collect();
+    let log = Log::read_also(path, &columns)?;
+    match model.rate_column() {
+        Some(column) => log.with_rate(column),
+        None => Ok(log),
+    }
+}
+
 /// Reads `paths` and explains the logs together; `progress` receives the current stage.
 ///
 /// # Errors
@@ -53,8 +66,7 @@ pub fn explain_together(
     criteria: &Criteria,
     progress: &(dyn Fn(&Progress) + Sync),
 ) -> Result<LogExplanation, ExplainLogsError> {
-    let columns: Vec<&str> = model.columns().iter().map(String::as_str).collect();
-    let logs = paths.iter().map(|path| Log::read_also(path, &columns)).collect::<Result<Vec<_>, _>>()?;
+    let logs = paths.iter().map(|path| read_for(path, model)).collect::<Result<Vec<_>, _>>()?;
     match explain::explain_by(criteria.clone(), logs, model, progress) {
         Ok(explanation) => Ok(LogExplanation::Explained(Box::new(explanation))),
         Err(ExplainError::BadLog { log, findings }) => Ok(LogExplanation::ImplausibleLog(log, findings)),

@@ -2,6 +2,7 @@
 
 pub mod constants;
 pub mod deadline;
+pub mod defects;
 pub mod equation_error;
 pub mod evaluation;
 pub mod explain;

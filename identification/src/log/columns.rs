@@ -24,6 +24,13 @@ pub struct KnownColumn {
 pub static KNOWN: LazyLock<Vec<KnownColumn>> = LazyLock::new(|| {
     let time = KnownColumn { name: "t_s", unit: "s", description: "time", mean_over_row: false, of_drive: true };
     let torque = KnownColumn { name: "torque_N_m", unit: "N m", description: "drive torque", mean_over_row: true, of_drive: true };
+    let open = KnownColumn {
+        name: "open_circuit",
+        unit: "1",
+        description: "1 while the motor is disconnected",
+        mean_over_row: false,
+        of_drive: true,
+    };
     let channels = CHANNELS.iter().filter(|channel| channel.is_column()).map(|channel| KnownColumn {
         name: channel.name,
         unit: channel.unit,
@@ -31,7 +38,7 @@ pub static KNOWN: LazyLock<Vec<KnownColumn>> = LazyLock::new(|| {
         mean_over_row: channel.sampling == Sampling::Mean,
         of_drive: is_of_drive(channel),
     });
-    [time, torque].into_iter().chain(channels).collect()
+    [time, torque, open].into_iter().chain(channels).collect()
 });
 
 /// The channel is a command to the drive or a reading of it, once per row. The others belong to the device under test and the gyroscope, or

@@ -241,6 +241,23 @@ impl Log {
         self.warnings.push(LogWarning::EvenTimes { scatter_us: (scatter_s * 1e6).round() as u64 });
     }
 
+    /// The log with the column `name` in place of `omega_rad_s`, and with its notes: another sensor of the rate. The former rate is dropped.
+    ///
+    /// # Errors
+    /// The log has no such column.
+    pub fn with_rate(mut self, name: &str) -> Result<Log, LogError> {
+        const RATE: &str = "omega_rad_s";
+        if !self.columns.iter().any(|c| c.name == name) {
+            let has = names(&self.columns, &self.ignored);
+            return Err(LogError::new(&self.path, LogErrorKind::NoColumn { has }).column(name));
+        }
+        self.columns.retain(|c| c.name != RATE);
+        self.columns.iter_mut().filter(|c| c.name == name).for_each(|c| c.name = RATE.to_owned());
+        self.notes.replace_subject(name, RATE);
+        self.warnings.push(LogWarning::OtherRate { column: name.to_owned() });
+        Ok(self)
+    }
+
     /// Adds a note.
     pub fn add_note(&mut self, note: Note) {
         self.notes.push(note);

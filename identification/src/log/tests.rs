@@ -175,14 +175,40 @@ fn noted(notes: &[(&str, &str)]) -> Log {
 }
 
 #[test]
+fn another_column_takes_the_place_of_the_rate_with_its_notes() {
+    let columns = [("t_s", vec![0.0, 1.0]), ("omega_rad_s", vec![1.0, 1.0]), ("gyro_rad_s", vec![2.0, 2.0])];
+    let columns = columns.map(|(name, values)| Column { name: name.to_owned(), values }).to_vec();
+    let notes = [("omega_rad_s", "encoder"), ("gyro_rad_s", "X1, gyro, filter 50 Hz")].map(|(k, v)| (k.to_owned(), v.to_owned()));
+    let log = Log::new("a.csv", columns, notes.to_vec()).unwrap();
+    let other = log.clone().with_rate("gyro_rad_s").unwrap();
+    assert_eq!(other.column("omega_rad_s"), Some(&[2.0, 2.0][..]));
+    assert_eq!(other.provenance("omega_rad_s").filter_hz, Some(50.0));
+    let missing = log.with_rate("imu").unwrap_err().to_string();
+    assert!(missing.contains("imu") && missing.contains("gyro_rad_s"), "{missing}");
+}
+
+#[test]
+fn bridge_that_coasts_is_a_clause_of_the_voltages_note() {
+    assert!(noted(&[("u_V", "coasting, at t")]).notes().bridge_coasts());
+    assert!(!noted(&[("u_V", "asked")]).notes().bridge_coasts());
+}
+
+#[test]
 fn notes_state_the_provenance_of_a_column() {
     let made = |column: &str, note: &str| {
         let log = noted(&[(column, note)]);
         assert!(log.warnings().is_empty(), "{note}: {:?}", log.warnings());
         log.provenance(column)
     };
-    let plain =
-        Provenance { instant: true, mean_before_s: None, filter_hz: None, source: RateSource::Unknown, magnitude: false, absolute: false };
+    let plain = Provenance {
+        instant: true,
+        mean_before_s: None,
+        sample_interval_s: None,
+        filter_hz: None,
+        source: RateSource::Unknown,
+        magnitude: false,
+        absolute: false,
+    };
     let by = |source| Provenance { source, ..plain };
     let rate = |note: &str| made("omega_rad_s", note);
     let mean = |s| Provenance { instant: false, mean_before_s: Some(s), ..by(RateSource::Encoder) };
@@ -193,6 +219,8 @@ fn notes_state_the_provenance_of_a_column() {
     assert_eq!(made("theta_rad", "compared absolutely"), Provenance { absolute: true, ..plain });
     assert_eq!(rate("gyro, filter 100 Hz"), Provenance { filter_hz: Some(100.0), ..by(RateSource::RateSensor) });
     assert_eq!(rate("gyro, low-pass 0.1 kHz"), Provenance { filter_hz: Some(100.0), ..by(RateSource::RateSensor) });
+    let sampled = Provenance { mean_before_s: Some(1e-3), sample_interval_s: Some(1e-3), ..by(RateSource::RateSensor) };
+    assert_eq!(rate("gyro, newest sample of 1 kHz before t"), sampled);
     assert_eq!(rate("at t"), plain);
     assert_eq!(made("i_A", "mean over [t_k, t_k+1)"), Provenance { instant: false, ..plain });
     assert_eq!(made("i_A", "at t"), plain);

@@ -96,6 +96,11 @@ pub enum LogWarning {
         /// Rms scatter of the stamps, µs.
         scatter_us: u64,
     },
+    /// The model compares another column as the rate.
+    OtherRate {
+        /// The column.
+        column: String,
+    },
     /// The angle was wrapped to one turn and is continued over the turns.
     UnwrappedAngle {
         /// Number of jumps by a turn.

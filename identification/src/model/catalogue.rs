@@ -18,11 +18,14 @@ const fn base(name: &'static str, unit: &'static str, description: &'static str,
     }
 }
 
-/// Base parameters: rigid rotor J ω' = K i, quasi-static armature i = (u − K ω)/R.
-static BASE: [Parameter; 3] = [
+/// Base parameters: rigid rotor J ω' = K i, quasi-static armature i = (u − K ω)/R, and the regulator of a position servo.
+static BASE: [Parameter; 6] = [
     base("inertia_kg_m2", "kg m²", "total moment of inertia J", 2.5e-4),
     base("motor_constant_N_m_A", "N m/A", "motor constant K, of torque and back-EMF", 0.05),
     base("resistance_ohm", "Ω", "winding resistance R", 5.0),
+    base("servo_gain_V_rad", "V/rad", "gain kp of the servo's regulator, u = kp (setpoint − angle) − kd rate", 10.0),
+    Parameter { kind: ParameterKind::NonNegative, ..base("servo_damping_V_s_rad", "V s/rad", "its damping kd by the rate", 0.0) },
+    base("servo_limit_V", "V", "its greatest voltage", 12.0),
 ];
 
 /// A base parameter: a parameter of every drive, whatever its effects.
@@ -34,11 +37,29 @@ pub enum BaseParameter {
     MotorConstant,
     /// Winding resistance R.
     Resistance,
+    /// Gain of the regulator of a position servo.
+    ServoGain,
+    /// Its damping by the rate.
+    ServoDamping,
+    /// Its greatest voltage.
+    ServoLimit,
 }
 
 impl BaseParameter {
     /// All base parameters, in the order of the model file.
-    pub const ALL: [BaseParameter; 3] = [BaseParameter::Inertia, BaseParameter::MotorConstant, BaseParameter::Resistance];
+    pub const ALL: [BaseParameter; 6] = [
+        BaseParameter::Inertia,
+        BaseParameter::MotorConstant,
+        BaseParameter::Resistance,
+        BaseParameter::ServoGain,
+        BaseParameter::ServoDamping,
+        BaseParameter::ServoLimit,
+    ];
+
+    /// A parameter of the regulator of a position servo.
+    pub fn is_of_servo(self) -> bool {
+        matches!(self, BaseParameter::ServoGain | BaseParameter::ServoDamping | BaseParameter::ServoLimit)
+    }
 
     /// Its entry in the catalogue.
     pub fn info(self) -> &'static Parameter {
@@ -55,6 +76,7 @@ impl BaseParameter {
 pub(super) fn needed(input: Input) -> &'static [BaseParameter] {
     use BaseParameter::{Inertia, MotorConstant, Resistance};
     match input {
+        Input::Setpoint => &BaseParameter::ALL,
         Input::Voltage => &[Inertia, MotorConstant, Resistance],
         Input::Current => &[Inertia, MotorConstant],
         Input::Torque => &[Inertia],
@@ -145,10 +167,11 @@ pub(super) fn blank(input: Input, axis: Axis) -> String {
     let column = |name| axis.column(name);
     let axis_line = if axis == Axis::Linear { "axis = \"linear\"\n" } else { "" };
     let mut text = format!(
-        "[drive]\n{axis_line}input = \"{}\" # u_V, i_A, {}, or {} (prescribed motion)\n# outputs = [\"{}\"] # default: all columns that the log has\neffects = []\n\n[parameters] # start values of a fit; {{ value = …, fixed = true }} fixes a parameter\n",
+        "[drive]\n{axis_line}input = \"{}\" # u_V, i_A, {}, {} (prescribed motion), or {} (position servo)\n# outputs = [\"{}\"] # default: all columns that the log has\neffects = []\n\n[parameters] # start values of a fit; {{ value = …, fixed = true }} fixes a parameter\n",
         column(input.column()),
         column("torque_N_m"),
         column("theta_rad"),
+        column("theta_cmd_rad"),
         column("omega_rad_s"),
     );
     for base in BaseParameter::ALL {
@@ -162,7 +185,10 @@ pub(super) fn blank(input: Input, axis: Axis) -> String {
             };
             let (name, description, unit) =
                 (axis.parameter(parameter.name), axis.quantity(parameter.description), axis.unit(parameter.unit));
-            text.push_str(&format!("{name} = {} # {description}, {unit}\n", number(start)));
+            // Without a current, the gain of a servo and these two are one factor.
+            let fixed = input == Input::Setpoint && matches!(base, BaseParameter::MotorConstant | BaseParameter::Resistance);
+            let value = if fixed { format!("{{ value = {}, fixed = true }}", number(start)) } else { number(start) };
+            text.push_str(&format!("{name} = {value} # {description}, {unit}\n"));
         }
     }
     text

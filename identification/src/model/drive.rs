@@ -60,6 +60,15 @@ impl Reader<'_> {
         Ok(Some(outputs))
     }
 
+    /// The column that is compared as the rate.
+    pub(super) fn rate_column(&self, drive: &dyn TableLike) -> Result<Option<String>, ModelError> {
+        let Some(item) = drive.get("rate_column") else { return Ok(None) };
+        match item.as_str() {
+            Some(name) => Ok(Some(name.to_owned()).filter(|name| name != self.axis.column(Channel::Rate.column()))),
+            None => self.fail(item.span(), "[drive] rate_column", ModelErrorKind::Wants("a column name in quotes, e.g. \"gyro_rad_s\"")),
+        }
+    }
+
     /// Columns of the log that expressions may use.
     pub(super) fn columns(&self, drive: &dyn TableLike) -> Result<Vec<String>, ModelError> {
         let Some(item) = drive.get("columns") else { return Ok(Vec::new()) };

@@ -21,7 +21,9 @@ impl Reader<'_> {
             needed.extend((voltage || outputs.contains(&Channel::Current)).then_some(BaseParameter::MotorConstant));
             needed.extend(voltage.then_some(BaseParameter::Resistance));
         }
-        for base in BaseParameter::ALL {
+        // The regulator of a servo is a part of the model only if the servo is.
+        let drive = BaseParameter::ALL.into_iter().filter(|base| !base.is_of_servo() || needed.contains(base));
+        for base in drive {
             let info = base.info();
             match self.take(info.name, Some(info))? {
                 Some(parameter) => self.parameters.push(parameter),

@@ -39,13 +39,15 @@ pub enum Input {
     Current,
     /// `torque_N_m`
     Torque,
-    /// `theta_rad`: prescribed motion; the outputs are the current, torque and voltage that it needs.
+    /// `theta_rad`: prescribed motion; the outputs are the current, torque and voltage that it needs, or the reading of a rate sensor.
     Motion,
+    /// `theta_cmd_rad`: setpoint of a position servo, whose regulator is a part of the model.
+    Setpoint,
 }
 
 impl Input {
     /// All inputs, in the order of the messages.
-    pub const ALL: [Input; 4] = [Input::Voltage, Input::Current, Input::Torque, Input::Motion];
+    pub const ALL: [Input; 5] = [Input::Voltage, Input::Current, Input::Torque, Input::Motion, Input::Setpoint];
 
     /// Column of the log.
     pub fn column(self) -> &'static str {
@@ -54,13 +56,19 @@ impl Input {
             Input::Current => "i_A",
             Input::Torque => "torque_N_m",
             Input::Motion => "theta_rad",
+            Input::Setpoint => "theta_cmd_rad",
         }
+    }
+
+    /// A voltage drives the winding: it is measured, or the regulator of a servo gives it.
+    pub fn is_voltage(self) -> bool {
+        matches!(self, Input::Voltage | Input::Setpoint)
     }
 
     /// Outputs that can be compared for this input, in the order of the reports.
     pub fn outputs(self) -> &'static [Channel] {
         match self {
-            Input::Voltage => &[Channel::Rate, Channel::Current, Channel::Angle],
+            Input::Voltage | Input::Setpoint => &[Channel::Rate, Channel::Current, Channel::Angle],
             Input::Current | Input::Torque => &[Channel::Rate, Channel::Angle],
             Input::Motion => &[Channel::Current, Channel::Torque, Channel::Voltage, Channel::Rate],
         }
@@ -147,6 +155,7 @@ pub struct Model {
     axis: Axis,
     input: Input,
     outputs: Option<Vec<Channel>>,
+    rate_column: Option<String>,
     columns: Vec<String>,
     effects: Vec<ModelEffect>,
     own: Vec<UserEffect>,
@@ -223,6 +232,11 @@ impl Model {
     /// Outputs; `None`: all that the log contains and the input allows.
     pub fn outputs(&self) -> Option<&[Channel]> {
         self.outputs.as_deref()
+    }
+
+    /// Column of the log that is compared as the rate, instead of `omega_rad_s`: that of another sensor.
+    pub fn rate_column(&self) -> Option<&str> {
+        self.rate_column.as_deref()
     }
 
     /// Columns of the log that expressions use, in the order of the file.

@@ -52,10 +52,11 @@ impl Reader<'_> {
         self.only(root, "", &["drive", "parameters", "effect"], "table")?;
         let Some(drive) = root.get("drive") else { return self.fail(None, "", ModelErrorKind::Missing("[drive]")) };
         let drive_table = self.table(drive, "[drive]")?;
-        self.only(drive_table, "[drive] ", &["axis", "input", "outputs", "columns", "effects"], "key")?;
+        self.only(drive_table, "[drive] ", &["axis", "input", "outputs", "rate_column", "columns", "effects"], "key")?;
         self.axis = self.axis(drive_table)?;
         let input = self.input(drive_table, drive.span())?;
         let outputs = self.outputs(drive_table, input)?;
+        let rate_column = self.rate_column(drive_table)?;
         if let Some(parameters) = root.get("parameters") {
             let table = self.table(parameters, "[parameters]")?;
             self.collect(table, "[parameters]", |name| name.to_owned(), true)?;
@@ -80,6 +81,7 @@ impl Reader<'_> {
             axis: self.axis,
             input,
             outputs,
+            rate_column,
             columns,
             effects,
             own,

@@ -302,6 +302,7 @@ fn user_effect_acts_at_each_summing_point() {
         temp_C: 30.0,
         supply_ratio: 1.0,
         rate_from_encoder: false,
+        reference_angle: false,
         columns: Default::default(),
     };
     for place in SummingPoint::ALL {

@@ -38,6 +38,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
     let compared = |shows: Channel| ComparedChannel {
         channel: shows,
         measured: log.column(shows.column()).unwrap(),
+        sample_interval_s: None,
         mean_before_s: None,
         filter_hz: None,
         instant: false,
@@ -58,6 +59,8 @@ fn data(log: &Log) -> PreparedLog<'_> {
         current: log.column("i_A"),
         temp_C: None,
         supply_ratio: None,
+        connected: None,
+        known_motion: None,
         rate_from_encoder: false,
         columns: Vec::new(),
         run_begins: vec![0],

@@ -58,6 +58,7 @@ fn unmet(requirement: Requirement) -> &'static str {
         Requirement::Voltage => "needs the voltage as the model's input (u_V)",
         Requirement::MotorConstant => "needs the voltage or the current as the model's input",
         Requirement::Angle => "needs the angle of the platform (theta_rad)",
+        Requirement::AngleReading => "needs the angle among the model's outputs, or a rate that is compared with it",
         Requirement::ComparedAngle => "needs the angle among the model's outputs",
         Requirement::ComparedRate => "needs a measured rate (omega_rad_s)",
         Requirement::ComparedCurrent => "needs a measured current besides the voltage (i_A)",
@@ -95,6 +96,13 @@ pub fn remark(axis: Axis, remark: &Remark) -> String {
         Remark::InputBetweenSamples { column, rms } => format!(
             "{column} is known at the times of the rows only; what it did between them is uncertain by {} (rms), and the residual is no larger than that explains. Smaller effects are not visible in this log: record means over the row, or a higher row rate.",
             numbers::significant(*rms, 2)
+        ),
+        Remark::SampleAge { channel, rms, interval_s } => format!(
+            "A reading of {} is the newest of samples every {} ms, of unknown age; while the rate changes this is an error of {} {} (rms), and the residual is no larger. Smaller effects are not visible in this log: hold constant rates, or change the rate more slowly.",
+            column(axis, *channel),
+            numbers::significant(1e3 * interval_s, 2),
+            numbers::significant(*rms, 2),
+            unit(axis, *channel)
         ),
         Remark::NotSignificantAtEnd { effect } => {
             format!("{effect} was added on the way and is not significant in the final model; it was removed.")

@@ -6,11 +6,14 @@
 //! * the coordinates: angle, rate, current, temperature, time, acceleration, history ([`residual::misfits`], against noise of the residual's own colour);
 //! * the past of the input: the innovations of the residual against the prewhitened input, N Σ r²(τ) ~ χ² (Söderström and Stoica, System
 //!   Identification, 1989, section 11.2);
-//! * the other channels: a torque that the model lacks moves rate, angle and current together, noise of one sensor does not.
+//! * the other channels: a torque that the model lacks moves rate, angle and current together, noise of one sensor does not;
+//! * for a rate sensor against a known motion: powers of the rate, the acceleration, and harmonics of the turn with and without the rate as a factor. The innovations
+//!   against these quantities through the same filter, as generalised least squares weighs them.
 
 use super::criteria::{AdequacyCriteria, MisfitClass};
 use super::fitted_model::FittedModel;
 use super::likelihood::Whitener;
+use super::motion::turns;
 use super::reasons::Remark;
 use crate::identify::fit::PreparedLog;
 use crate::identify::residual;
@@ -34,13 +37,42 @@ pub fn adequacy(model: &FittedModel) -> Adequacy {
         return Adequacy::WhiteNoise;
     }
     let criteria = &model.context.criteria.adequacy;
-    if depends_on_input(model, criteria) || channels_are_coherent(model, criteria) {
+    let left = Remainder::of(model);
+    if depends_on_input(model, &left, criteria)
+        || channels_are_coherent(model, &left, criteria)
+        || depends_on_known_motion(model, &left, criteria)
+    {
         return Adequacy::Dependent;
     }
-    if !residual::misfits(model.context.log, &model.data, &model.fit).is_empty() {
+    let mut fit = model.fit.clone();
+    for (channel, residual) in fit.channels.iter_mut().zip(left.residuals) {
+        channel.residual = residual;
+    }
+    if !residual::misfits(model.context.log, &model.data, &fit).is_empty() {
         return Adequacy::Dependent;
     }
     Adequacy::ColouredNoise(coloured_noise(model))
+}
+
+/// What a model leaves at the parameters that are best under the colour of the noise, and the filter that whitens it.
+struct Remainder {
+    whitener: Whitener,
+    /// By channel, a value per row; NaN where the row is not compared.
+    residuals: Vec<Vec<f64>>,
+}
+
+impl Remainder {
+    fn of(model: &FittedModel) -> Remainder {
+        let whitener = model.whitener();
+        let best = model.residuals_at_best(&whitener);
+        let residuals = best.unwrap_or_else(|| model.residuals().into_iter().map(<[f64]>::to_vec).collect());
+        Remainder { whitener, residuals }
+    }
+
+    /// The innovations of a channel.
+    fn innovations(&self, data: &PreparedLog, channel: usize) -> Vec<f64> {
+        self.whitener.innovations(data, channel, &self.residuals[channel])
+    }
 }
 
 /// A remark for each channel whose residual is above its white noise.
@@ -69,16 +101,38 @@ pub fn input_between_samples(model: &FittedModel) -> Option<Remark> {
     within.then_some(Remark::InputBetweenSamples { column: data.driven.column(), rms })
 }
 
+/// Where a channel is the newest sample of a sensor with its own clock, the age of the sample is not known, only that it is below the interval T: an error of
+/// slope × T/√12 rms. A misfit below that in every channel says nothing about the drive or the sensor.
+pub fn sample_age(model: &FittedModel) -> Option<Remark> {
+    let data = &model.data;
+    let white = model.context.criteria.noise.invisible;
+    let mut remark = None;
+    for (fit, channel) in model.fit.channels.iter().zip(&data.channels) {
+        let mut excess = 0.0;
+        if let Some(interval_s) = channel.sample_interval_s {
+            let modelled: Vec<f64> = channel.measured.iter().zip(&fit.residual).map(|(y, r)| y - r).collect();
+            let slopes: Vec<f64> = modelled.windows(3).map(|w| (w[2] - w[0]) / (2.0 * data.dt_s)).filter(|s| s.is_finite()).collect();
+            let mean_square = slopes.iter().map(|s| s * s).sum::<f64>() / slopes.len().max(1) as f64;
+            let error = (mean_square / 12.0).sqrt() * interval_s;
+            excess = (error / fit.noise).powi(2);
+            remark = Some(Remark::SampleAge { channel: channel.channel, rms: error, interval_s });
+        }
+        if fit.chi2_per_n() > white + excess {
+            return None;
+        }
+    }
+    remark
+}
+
 /// The innovations of a channel's residual depend on the past of the input.
-fn depends_on_input(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
+fn depends_on_input(model: &FittedModel, left: &Remainder, criteria: &AdequacyCriteria) -> bool {
     let data = &model.data;
     if data.driven == Input::Motion {
         return false;
     }
-    let whitener = model.whitener();
     (0..data.channels.len()).any(|c| {
-        let stride = whitener.stride(c);
-        let innovations = whitener.innovations(data, c, &model.fit.channels[c].residual);
+        let stride = left.whitener.stride(c);
+        let innovations = left.innovations(data, c);
         // The input of a row is its mean until the next one, so that it acts on the next row.
         let input = block_means(data, &data.input, stride);
         let input = prewhitened(&input);
@@ -86,6 +140,55 @@ fn depends_on_input(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
         let (fraction, p) = cross_correlation(&innovations, &input, lags);
         p * (data.channels.len() as f64) < criteria.max_familywise_p && fraction > criteria.min_input_fraction
     })
+}
+
+/// The residual of a rate sensor depends on the known motion.
+fn depends_on_known_motion(model: &FittedModel, left: &Remainder, criteria: &AdequacyCriteria) -> bool {
+    let data = &model.data;
+    let Some(c) = data.channels.iter().position(|c| c.channel == Channel::Rate && data.driven == Input::Motion) else { return false };
+    let innovations = left.innovations(data, c);
+    let omega: Vec<f64> = data.channels[c].measured.iter().zip(&model.fit.channels[c].residual).map(|(y, r)| y - r).collect();
+    let alpha: Vec<f64> = (0..omega.len()).map(|k| omega[(k + 1).min(omega.len() - 1)] - omega[k.saturating_sub(1)]).collect();
+    let harmonics = if turns(data) < criteria.min_turns { 0 } else { criteria.harmonics };
+    let wave = |order: usize, by_rate: bool| -> [Vec<f64>; 2] {
+        let factor = |row: usize| if by_rate { omega[row] } else { 1.0 };
+        let sine =
+            |quarter: f64| (0..omega.len()).map(|row| factor(row) * (order as f64 * data.input[row] + quarter).sin()).collect::<Vec<f64>>();
+        [sine(0.0), sine(std::f64::consts::FRAC_PI_2)]
+    };
+    let power = |exponent: i32| omega.iter().map(|w| w.powi(exponent)).collect::<Vec<f64>>();
+    let mut families = vec![[power(2), power(3)], [alpha, omega.iter().map(|w| w.abs()).collect()]];
+    families.extend((1..=harmonics).flat_map(|order| [wave(order, false), wave(order, true)]));
+    let tests = families.len() as f64;
+    families.into_iter().any(|family| {
+        let whitened = family.each_ref().map(|x| left.whitener.innovations(data, c, &centred(x)));
+        let (statistic, _) = projection(&innovations, &whitened);
+        let (_, fraction) = projection(&left.residuals[c], &family.map(|x| centred(&x)));
+        let noise_fraction = fraction * model.fit.channels[c].chi2_per_n();
+        chi_squared_tail(statistic, 2.0) * tests < criteria.max_familywise_p && noise_fraction > criteria.min_input_fraction
+    })
+}
+
+/// A series less the mean of its finite values.
+fn centred(series: &[f64]) -> Vec<f64> {
+    let (sum, n) = series.iter().filter(|v| v.is_finite()).fold((0.0, 0usize), |(s, n), v| (s + v, n + 1));
+    series.iter().map(|v| v - sum / n.max(1) as f64).collect()
+}
+
+/// Projection of a series on two others: χ² with two degrees of freedom if the series is white and independent of them, and the fraction of its variance.
+fn projection(series: &[f64], on: &[Vec<f64>; 2]) -> (f64, f64) {
+    let [mut aa, mut ab, mut bb, mut ea, mut eb, mut ee, mut n] = [0.0; 7];
+    for ((e, a), b) in series.iter().zip(&on[0]).zip(&on[1]) {
+        if e.is_finite() && a.is_finite() && b.is_finite() {
+            (aa, ab, bb, ea, eb, ee, n) = (aa + a * a, ab + a * b, bb + b * b, ea + e * a, eb + e * b, ee + e * e, n + 1.0);
+        }
+    }
+    let determinant = aa * bb - ab * ab;
+    if determinant <= 1e-12 * aa * bb || ee <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let explained = (bb * ea * ea - 2.0 * ab * ea * eb + aa * eb * eb) / determinant;
+    (explained / (ee / n), explained / ee)
 }
 
 /// Means of a column over the `stride` rows before each compared row of every segment, segments separated by NaN.
@@ -103,11 +206,7 @@ fn block_means(data: &PreparedLog, values: &[f64], stride: usize) -> Vec<f64> {
 
 /// The innovations of a series about its mean.
 fn prewhitened(series: &[f64]) -> Vec<f64> {
-    let finite = series.iter().filter(|v| v.is_finite());
-    let (sum, n) = finite.fold((0.0, 0usize), |(s, n), v| (s + v, n + 1));
-    let mean = sum / n.max(1) as f64;
-    let centred: Vec<f64> = series.iter().map(|v| v - mean).collect();
-    Whitener::innovations_of(&centred)
+    Whitener::innovations_of(&centred(series))
 }
 
 /// Fraction of the variance of `innovations` that the past of `input`, up to `lags` steps back, explains beyond chance, and its probability by chance.
@@ -134,7 +233,7 @@ fn cross_correlation(innovations: &[f64], input: &[f64], lags: usize) -> (f64, f
 }
 
 /// A torque moves the residuals of two channels together.
-fn channels_are_coherent(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
+fn channels_are_coherent(model: &FittedModel, left: &Remainder, criteria: &AdequacyCriteria) -> bool {
     let data = &model.data;
     if data.driven == Input::Motion {
         return false;
@@ -145,7 +244,7 @@ fn channels_are_coherent(model: &FittedModel, criteria: &AdequacyCriteria) -> bo
     let pairs = [(rate, find(Channel::Angle).filter(|_| separate)), (rate.or(find(Channel::Angle)), find(Channel::Current))];
     let stride = data.angle_lag();
     let blocks = |c: usize| -> Vec<f64> {
-        let residual = &model.fit.channels[c].residual;
+        let residual = &left.residuals[c];
         let series = match data.channels[c].channel {
             // An increment is the mean rate over its interval.
             Channel::Angle => {

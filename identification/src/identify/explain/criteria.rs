@@ -520,6 +520,10 @@ pub struct AdequacyCriteria {
     pub lags: usize,
     /// The same in increments of the angle, 20 ms each; default 10.
     pub lags_of_increments: usize,
+    /// Harmonics of the turn that the residual of a rate sensor against a known motion is tested for; default 4.
+    pub harmonics: usize,
+    /// Turns of that motion from which they are tested; default 1.5, as for the effects with a harmonic order.
+    pub min_turns: f64,
     /// Correlation of two channels' residuals from which a torque may move both; default 0.1.
     pub min_coherence: f64,
     /// Its standard errors; default 4, once in 16 000 pairs of independent channels.
@@ -533,6 +537,8 @@ impl Default for AdequacyCriteria {
             min_input_fraction: 0.03,
             lags: 30,
             lags_of_increments: 10,
+            harmonics: 4,
+            min_turns: 1.5,
             min_coherence: 0.1,
             min_coherence_sigmas: 4.0,
         }

@@ -20,7 +20,7 @@ use super::fitted_model::FittedModel;
 use crate::identify::fit::normal_equations::{NormalEquations, linearize};
 use crate::identify::fit::{InitialStateKind, prepare};
 use crate::log::{Column, Log};
-use crate::model::{BaseParameter, Channel, Input};
+use crate::model::{Channel, Input};
 use crate::statistics::Extremes;
 
 /// Candidates that the logs cannot distinguish.
@@ -44,7 +44,7 @@ const SEED: u64 = 1;
 
 /// All runs of the stand that can be simulated, the best first; `base` is the model to which the candidates were added.
 pub fn separations(base: &FittedModel, doubt: &Doubt) -> Vec<Separation> {
-    if base.data.driven == Input::Motion || doubt.rivals.is_empty() {
+    if matches!(base.data.driven, Input::Motion | Input::Setpoint) || doubt.rivals.is_empty() {
         return Vec::new();
     }
     let priors: Vec<DMatrix<f64>> = doubt.rivals.iter().map(|rival| prior(base, rival)).collect();
@@ -77,20 +77,13 @@ fn simulated(base: &FittedModel, candidate: &FittedCandidate, run: &StandRun) ->
     let rows = ((run.duration_s.min(MAX_SIMULATED_S) / dt_s) as usize).min(MAX_ROWS);
     let kind = ProfileKind::from_str(run.profile).ok()?;
     let mut profile = Profile::new(&ProfileConfig::new(kind, run.amplitude, SEED)).ok()?;
-    let value = |parameter: BaseParameter| {
-        let index = match parameter {
-            BaseParameter::Inertia => candidate.system.inertia,
-            BaseParameter::MotorConstant => candidate.system.motor_constant,
-            BaseParameter::Resistance => candidate.system.resistance,
-        };
-        index.map_or(1.0, |k| candidate.parameters.list[k].value)
-    };
-    let (inertia, motor_constant) = (value(BaseParameter::Inertia), value(BaseParameter::MotorConstant));
+    let value = |index: Option<usize>| index.map_or(1.0, |k| candidate.parameters.list[k].value);
+    let (inertia, motor_constant) = (value(candidate.system.inertia), value(candidate.system.motor_constant));
     // Input by torque, and by the rate.
     let (per_torque, per_rate) = match driven {
-        Input::Voltage => (value(BaseParameter::Resistance) / motor_constant, motor_constant),
+        Input::Voltage => (value(candidate.system.resistance) / motor_constant, motor_constant),
         Input::Current => (1.0 / motor_constant, 0.0),
-        Input::Torque | Input::Motion => (1.0, 0.0),
+        Input::Torque | Input::Motion | Input::Setpoint => (1.0, 0.0),
     };
     let bandwidth = LOOP_BANDWIDTH_RAD_S.min(MAX_BANDWIDTH_PER_ROW / dt_s);
     let (proportional, integral) = (per_torque * inertia * bandwidth, per_torque * inertia * bandwidth * bandwidth / 4.0);

@@ -178,6 +178,11 @@ impl<'a> FittedModel<'a> {
         Whitener::of(&self.data, &self.residuals(), &self.context.criteria.whitening)
     }
 
+    /// Its residuals by channel at the unknowns that are best for the whitened ones; `None` where these are not determined.
+    pub fn residuals_at_best(&self, whitener: &Whitener) -> Option<Vec<Vec<f64>>> {
+        whitener.residuals_at_best(&self.system, &self.fit.parameters, &self.fit.initial_states, &self.data, self.context.log_rows)
+    }
+
     /// Its whitened sums of squares on each log.
     pub fn whitened_sums(&self, whitener: &Whitener) -> WhitenedSums {
         whitener.sums(&self.system, &self.fit.parameters, &self.fit.initial_states, &self.data, self.context.log_rows)

@@ -82,7 +82,7 @@ pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
     } else {
         Vec::new()
     };
-    let encoder = if data.channels.iter().any(|c| c.channel == Channel::Angle) {
+    let encoder = if reads_encoder(data) {
         let scores = scan.scores(criteria.max_encoder_order, Quantity::EncoderAngle);
         best(&scores, &known(HarmonicSource::Encoder), criteria.encoder_orders)
     } else {
@@ -97,6 +97,12 @@ pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
     HarmonicOrders { torque, motor_constant, encoder, inertia }
 }
 
+/// An error of the encoder is visible: its angle is compared, or a rate is compared with the angle's slope.
+fn reads_encoder(data: &PreparedLog) -> bool {
+    let compared = |channel: Channel| data.channels.iter().any(|c| c.channel == channel);
+    compared(Channel::Angle) || (data.driven == Input::Motion && compared(Channel::Rate))
+}
+
 /// The highest order of each source that the logs can show; nothing where they show none.
 pub fn visible_orders(base: &FittedModel) -> HarmonicOrders {
     let (data, criteria) = (&base.data, &base.context.criteria.harmonics);
@@ -107,7 +113,7 @@ pub fn visible_orders(base: &FittedModel) -> HarmonicOrders {
     HarmonicOrders {
         torque: where_visible(true, highest),
         motor_constant: where_visible(scan.motor_constant.is_some() && scan.current_is_measured, highest),
-        encoder: where_visible(data.channels.iter().any(|c| c.channel == Channel::Angle), criteria.max_encoder_order),
+        encoder: where_visible(reads_encoder(data), criteria.max_encoder_order),
         inertia: where_visible(scan.has_inertia, highest.min(criteria.max_inertia_order)),
     }
 }
@@ -129,7 +135,7 @@ pub fn search_frequencies(base: &FittedModel) -> Frequencies {
     let frequency = |quantity: Quantity| best(&scan.scores(highest, quantity), &drifts, 1).first().map(|n| f64::from(*n) * step_Hz);
     Frequencies {
         torque_Hz: frequency(Quantity::Torque),
-        voltage_Hz: (data.driven == Input::Voltage).then(|| frequency(Quantity::Voltage)).flatten(),
+        voltage_Hz: data.driven.is_voltage().then(|| frequency(Quantity::Voltage)).flatten(),
     }
 }
 
@@ -190,6 +196,8 @@ struct Scan<'s> {
     inertia: f64,
     /// Largest rate, rad/s.
     largest_rate: f64,
+    /// A rate is compared with the slope of the angle.
+    angle_is_reference: bool,
 }
 
 impl<'s> Scan<'s> {
@@ -201,7 +209,7 @@ impl<'s> Scan<'s> {
         let resistance = model.base(BaseParameter::Resistance).unwrap_or(0.0).max(1e-9);
         let viscous_N_m_s = model.value(viscous::CARD.parameters[0].name).unwrap_or(0.0);
         let k = motor_constant.unwrap_or(0.0);
-        let by_voltage = data.driven == Input::Voltage;
+        let by_voltage = data.driven.is_voltage();
         let damping = viscous_N_m_s.max(0.0) + if by_voltage { k * k / resistance } else { 0.0 };
         let x = if inertia > 0.0 { damping / inertia * data.dt_s } else { 0.0 };
         let decay = (-x).exp();
@@ -269,6 +277,7 @@ impl<'s> Scan<'s> {
             has_inertia: inertia > 0.0,
             inertia,
             largest_rate,
+            angle_is_reference: data.driven == Input::Motion,
         }
     }
 
@@ -330,6 +339,11 @@ impl<'s> Scan<'s> {
                     let (angle_re, angle_im) = (angle_now.0 - slot.0[n], angle_now.1 - slot.1[n]);
                     (slot.0[n], slot.1[n]) = angle_now;
                     let on = f64::from(u8::from(full)) * weigh;
+                    if quantity == Quantity::EncoderAngle && self.angle_is_reference {
+                        // The error of the reference in its slope: n ω i e^{inθ}.
+                        let slope_1_s = (first + n) as f64 * row.motion.0;
+                        (re[n], im[n]) = (-slope_1_s * wave_im[n], slope_1_s * wave_re[n]);
+                    }
                     let drive_re = self.current_per_rate * re[n] + at_once * wave_re[n];
                     let drive_im = self.current_per_rate * im[n] + at_once * wave_im[n];
                     dot_re[n] += row.residuals.0 * re[n] + row.residuals.1 * drive_re + row.residuals.2 * angle_re;

@@ -48,6 +48,8 @@ fn quoted(note: &Option<String>) -> String {
     note.as_ref().map_or("missing".to_owned(), |note| format!("“{note}”"))
 }
 
+/// The flag of a disconnected motor.
+const OPEN_CIRCUIT: &str = "open_circuit";
 /// Notes that state how columns were recorded.
 const RECORDING_NOTES: [&str; 7] = ["axis", "u_V", "i_A", "omega_rad_s", "theta_rad", "temp_C", "supply_nominal_V"];
 
@@ -65,8 +67,13 @@ pub fn join(mut logs: Vec<Log>, criteria: &JoiningCriteria) -> Result<(Log, Vec<
     let interval_s = first.median_dt_s();
     logs[1..].iter().try_for_each(|other| check(first, other, criteria))?;
     let mut columns: Vec<Column> = Vec::new();
+    let rows_of_all = logs.iter().map(Log::len).sum();
     for column in first.columns().iter().filter(|c| logs.iter().all(|l| l.column(&c.name).is_some())) {
-        columns.push(Column { name: column.name.clone(), values: Vec::with_capacity(logs.iter().map(Log::len).sum()) });
+        columns.push(Column { name: column.name.clone(), values: Vec::with_capacity(rows_of_all) });
+    }
+    // A log without this flag is of a motor that was connected.
+    if columns.iter().all(|c| c.name != OPEN_CIRCUIT) && logs.iter().any(|l| l.column(OPEN_CIRCUIT).is_some()) {
+        columns.push(Column { name: OPEN_CIRCUIT.to_owned(), values: Vec::with_capacity(rows_of_all) });
     }
     let (mut rows, mut runs) = (Vec::new(), Vec::new());
     let (mut from, mut begin_s) = (0, first.t_s()[0]);
@@ -75,6 +82,7 @@ pub fn join(mut logs: Vec<Log>, criteria: &JoiningCriteria) -> Result<(Log, Vec<
         for column in &mut columns {
             let values = log.column(&column.name).unwrap_or(&[]);
             match column.name.as_str() {
+                OPEN_CIRCUIT if values.is_empty() => column.values.resize(column.values.len() + log.len(), 0.0),
                 "t_s" => column.values.extend(values.iter().map(|t| t + shift)),
                 _ => column.values.extend_from_slice(values),
             }

@@ -131,6 +131,32 @@ impl Whitener {
         self.equations(&products).0
     }
 
+    /// Residuals by channel at the unknowns that are best for the whitened residuals, by one step of the linear model; NaN where a row is not compared. `None` where the
+    /// step is not determined. Under coloured noise the fit to the residuals themselves is a few standard errors away from there, and what that leaves depends on the motion.
+    pub fn residuals_at_best(
+        &self,
+        system: &System,
+        parameters: &Parameters,
+        starts: &InitialStates,
+        data: &PreparedLog,
+        log_rows: &[Range<usize>],
+    ) -> Option<Vec<Vec<f64>>> {
+        let steps = self.steps(&self.products::<MAX_UNKNOWNS>(system, parameters, starts, data, log_rows))?;
+        let rig = system.rig::<Dual<MAX_UNKNOWNS>>(parameters, data.driven);
+        let mut residuals = vec![vec![f64::NAN; data.len()]; self.filters.len()];
+        for (segment, (rows, step)) in data.segments.iter().zip(&steps).enumerate() {
+            let states = (starts.kinds.as_slice(), starts.values[segment].as_slice());
+            run(&rig, data, segment, states, parameters.free().len(), &mut |c, row, value: &Dual<MAX_UNKNOWNS>| {
+                if let Some(target) = data.target(c, row, rows.start) {
+                    let moved = value.eps.0.as_ref().map_or(0.0, |slopes| slopes.iter().zip(step).map(|(d, s)| d * s).sum());
+                    residuals[c][row] = target - value.re - moved;
+                }
+                true
+            });
+        }
+        Some(residuals)
+    }
+
     /// Sums of products of the whitened residuals of a model and their derivatives.
     fn products<const N: usize>(
         &self,

@@ -63,11 +63,12 @@ pub use reasons::{NotVisible, Progress, Refusal, Remark};
 
 use crate::identify::constants;
 use crate::identify::deadline::Deadline;
+use crate::identify::defects::defects;
 use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
 use crate::identify::fit::{FitError, Preparation, PreparedLog};
 use crate::identify::residual;
 use crate::log::Log;
-use crate::log::plausible::{self, Defect};
+use crate::log::plausible::Defect;
 use crate::model::Model;
 use coverage::Coverage;
 use fitted_model::FittedModel;
@@ -175,7 +176,7 @@ pub fn explain_by(
     logs.iter_mut().for_each(Log::even_out_times);
     for (k, log) in logs.iter().enumerate() {
         prepare::check(log, model)?;
-        let findings = plausible::check(log, model.input().column());
+        let findings = defects(log, model);
         if !findings.is_empty() {
             return Err(ExplainError::BadLog { log: Box::new(logs.swap_remove(k)), findings });
         }

@@ -171,6 +171,15 @@ pub enum Remark {
         /// Rms difference of two ways to fill the time between the samples, in the unit of the column.
         rms: f64,
     },
+    /// What is left is no more than the unknown age of a sensor's newest sample makes.
+    SampleAge {
+        /// The channel.
+        channel: Channel,
+        /// Its rms error by the age, in the unit of the channel.
+        rms: f64,
+        /// Interval of the samples, s.
+        interval_s: f64,
+    },
     /// An effect is not significant in the final model and was removed.
     NotSignificantAtEnd {
         /// Its name.

@@ -201,7 +201,8 @@ const SAME_LINE: f64 = 0.05;
 
 /// The log has a rate and does not state its source.
 fn rate_source_is_unknown(base: &FittedModel) -> bool {
-    base.context.log.provenance(Channel::Rate.column()).source == RateSource::Unknown
+    base.data.driven != Input::Motion
+        && base.context.log.provenance(Channel::Rate.column()).source == RateSource::Unknown
         && base.data.channels.iter().any(|c| c.channel == Channel::Rate)
 }
 
@@ -270,6 +271,7 @@ fn largest_current(model: &Model, data: &PreparedLog) -> f64 {
     match (measured_current(data), model.base(BaseParameter::Resistance)) {
         (Some(i), _) => i.iter().copied().max_abs(),
         (None, Some(resistance)) if data.driven == Input::Voltage => data.input.iter().copied().max_abs() / resistance,
+        (None, Some(resistance)) if data.driven == Input::Setpoint => model.base(BaseParameter::ServoLimit).unwrap_or(1.0) / resistance,
         _ => data.input.iter().copied().max_abs(),
     }
 }

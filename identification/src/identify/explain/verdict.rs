@@ -1,6 +1,6 @@
 //! The verdict: the given model is adequate, effects were missing, the structure of the error is unknown, or the time did not suffice.
 
-use super::adequacy::{Adequacy, adequacy, input_between_samples};
+use super::adequacy::{Adequacy, adequacy, input_between_samples, sample_age};
 use super::answer::{Shape, Verdict};
 use super::criteria::MisfitClass;
 use super::reasons::Remark;
@@ -44,7 +44,7 @@ fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
     if invisible {
         return (adequate, Vec::new());
     }
-    if let Some(remark) = input_between_samples(last) {
+    if let Some(remark) = input_between_samples(last).or_else(|| sample_age(last)) {
         search.remarks.push(remark);
         return (adequate, Vec::new());
     }

@@ -23,11 +23,12 @@ fn unmet(requirement: Requirement, card: &Card, base: &FittedModel) -> Option<No
     let compared = |channel: Channel| data.channels.iter().any(|c| c.channel == channel);
     let input = model.input();
     let met = match requirement {
-        Requirement::CommandedVoltage => base.context.log.voltage() != VoltageSource::Terminals,
-        Requirement::Voltage => input == Input::Voltage || compared(Channel::Voltage),
+        Requirement::CommandedVoltage => input != Input::Setpoint && base.context.log.voltage() != VoltageSource::Terminals,
+        Requirement::Voltage => input.is_voltage() || compared(Channel::Voltage),
         Requirement::MotorConstant => model.base_index(BaseParameter::MotorConstant).is_some(),
         Requirement::Angle => data.theta.is_some() || input == Input::Motion,
         Requirement::ComparedAngle => compared(Channel::Angle),
+        Requirement::AngleReading => compared(Channel::Angle) || (input == Input::Motion && compared(Channel::Rate)),
         Requirement::ComparedRate => compared(Channel::Rate),
         Requirement::ComparedCurrent => compared(Channel::Current) && input != Input::Current,
         Requirement::MeasuredTemperature => data.temp_C.is_some(),

@@ -37,10 +37,12 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
             parameters: own.parameters.iter().copied().chain(own.shared.iter().map(|(_, k)| *k)).collect(),
         });
     }
+    let servo = [BaseParameter::ServoGain, BaseParameter::ServoDamping, BaseParameter::ServoLimit].map(|p| model.base_index(p));
     let system = System {
         inertia: model.base_index(BaseParameter::Inertia),
         motor_constant: model.base_index(BaseParameter::MotorConstant),
         resistance: model.base_index(BaseParameter::Resistance),
+        servo: if let [Some(gain), Some(damping), Some(limit)] = servo { Some([gain, damping, limit]) } else { None },
         effects,
     };
     (system, Parameters { list })

@@ -66,11 +66,12 @@ pub fn initial_state_kinds(rig: &Rig<f64>, data: &PreparedLog) -> Vec<InitialSta
         return list;
     }
     list.push(InitialStateKind::Rate);
-    if data.angle_is_absolute() && data.channels.iter().any(|c| c.channel == Channel::Angle) {
+    let compares_angle = data.angle_is_absolute() && data.channels.iter().any(|c| c.channel == Channel::Angle);
+    if compares_angle || data.driven == Input::Setpoint {
         list.push(InitialStateKind::Angle);
     }
     let structure = rig.structure();
-    if structure.inductance_H.is_some() && data.driven == Input::Voltage {
+    if structure.inductance_H.is_some() && data.driven.is_voltage() {
         list.push(InitialStateKind::Current);
     }
     if structure.shaft.is_some() {
@@ -103,7 +104,12 @@ pub fn starting_states(kinds: &[InitialStateKind], data: &PreparedLog, parameter
                 }
                 _ => 0.0,
             },
-            InitialStateKind::Angle => data.theta.map_or(0.0, |theta| theta[rows.start] + 0.5 * data.theta_quantum),
+            InitialStateKind::Angle => match data.theta {
+                Some(theta) => theta[rows.start] + 0.5 * data.theta_quantum,
+                // A servo that has settled.
+                None if data.driven == Input::Setpoint => data.input[rows.start],
+                None => 0.0,
+            },
             InitialStateKind::Current => channel(Channel::Current).map_or(0.0, |c| c.measured[rows.start]),
             InitialStateKind::Twist | InitialStateKind::Bristle | InitialStateKind::Temperature => 0.0,
         };

@@ -13,6 +13,7 @@ pub mod channel_fit;
 pub mod covariance;
 pub mod equation_error;
 pub mod initial_states;
+pub mod known_motion;
 pub mod measurement;
 pub mod noise;
 pub mod normal_equations;

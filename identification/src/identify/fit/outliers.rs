@@ -2,7 +2,8 @@
 //!
 //! A row is an outlier if its residual differs from each of its two neighbours on either side, in the same direction, by more than
 //! [`MIN_SIGMAS`] standard deviations of the noise. What a model lacks changes over several rows; a step differs from one side only. Rows near a jump
-//! of the input are never outliers: fast dynamics that a model lacks may last one row there. An outlier has the weight zero (a redescending
+//! of the input are never outliers: fast dynamics that a model lacks may last one row there. Neither is a current that differs by no more than the change
+//! of the voltage beside it can make. An outlier has the weight zero (a redescending
 //! M-estimator: Hampel et al., Robust Statistics, 1986, section 2.6), in every model that is compared on the log.
 
 use super::prepared_log::PreparedLog;
@@ -27,6 +28,7 @@ pub fn find(data: &PreparedLog, residuals: &[&[f64]], noise: &[f64]) -> Vec<Vec<
 
 fn of_channel(data: &PreparedLog, channel: usize, residual: &[f64], sigma: f64, near_jump: &[bool]) -> Vec<usize> {
     let quantum = data.channels[channel].quantum.unwrap_or(0.0);
+    let by_input = current_by_voltage_step(data, channel);
     // A coarse channel jumps by whole counts.
     let limit = (MIN_SIGMAS * sigma).max(4.0 * quantum);
     let mut found = Vec::new();
@@ -37,7 +39,10 @@ fn of_channel(data: &PreparedLog, channel: usize, residual: &[f64], sigma: f64, 
             }
             let differences = [row - 2, row - 1, row + 1, row + 2].map(|other| residual[row] - residual[other]);
             let all = differences.iter().filter(|d| d.is_finite());
-            if all.clone().all(|d| *d > limit) || all.clone().all(|d| *d < -limit) {
+            let one_sided = all.clone().all(|d| *d > limit) || all.clone().all(|d| *d < -limit);
+            let least = all.map(|d| d.abs()).fold(f64::INFINITY, f64::min);
+            let steps = data.input[row - 2..=row + 2].windows(2).map(|w| (w[1] - w[0]).abs());
+            if one_sided && least > by_input * steps.fold(0.0, f64::max) {
                 found.push(row);
             }
         }
@@ -46,6 +51,23 @@ fn of_channel(data: &PreparedLog, channel: usize, residual: &[f64], sigma: f64, 
         found.clear();
     }
     found
+}
+
+/// Change of the current by a change of the voltage from row to row, A/V, by regression of the measured differences: 1/R for a winding that is fast beside the
+/// rows. 0 for other channels and inputs.
+fn current_by_voltage_step(data: &PreparedLog, channel: usize) -> f64 {
+    let channel = &data.channels[channel];
+    if channel.channel != Channel::Current || data.driven != Input::Voltage {
+        return 0.0;
+    }
+    let (mut product, mut square) = (0.0, 0.0);
+    for rows in &data.segments {
+        for (u, i) in data.input[rows.clone()].windows(2).zip(channel.measured[rows.clone()].windows(2)) {
+            let (du, di) = (u[1] - u[0], i[1] - i[0]);
+            (product, square) = (product + du * di, square + du * du);
+        }
+    }
+    if square > 0.0 { (product / square).max(0.0) } else { 0.0 }
 }
 
 /// Rows near a jump of the input.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::angle_jumps::angle_jumps;
+use super::known_motion::{self, KnownMotion};
 use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, held_out_rows};
 use drive_model::{Card, Requirement};
 
@@ -60,6 +61,32 @@ pub enum PrepareError {
         model: String,
         /// Columns of the log.
         has: String,
+    },
+    /// The bridge coasts in the off time of the PWM, and the log does not state its supply.
+    #[error(
+        "{log}: a bridge that coasts connects the motor for u_V/supply of the time, and the log has no supply: a column supply_V, or --note \"supply_nominal_V=12\""
+    )]
+    CoastingWithoutSupply {
+        /// The log.
+        log: String,
+    },
+    /// The motor is disconnected while its motion is prescribed.
+    #[error(
+        "{log}: the motor is disconnected in a part of the log (open_circuit): {model} cannot tell what it would need for the measured motion there"
+    )]
+    DisconnectedMotion {
+        /// The log.
+        log: String,
+        /// The model.
+        model: String,
+    },
+    /// The bridge of a servo coasts; its voltage is not measured.
+    #[error("{log}: the note that the bridge coasts is not supported with the setpoint of a servo as the input ({model})")]
+    CoastingServo {
+        /// The log.
+        log: String,
+        /// The model.
+        model: String,
     },
     /// The model is that of a linear axis, and the log is not.
     #[error(
@@ -124,6 +151,13 @@ pub enum PreparationNote {
     AssumedOverLastRow {
         /// The column.
         column: &'static str,
+    },
+    /// A rate sensor is not compared in rows in which the angle does not resolve the motion: at the ends of the segments, and where its acceleration jumps.
+    MotionNotResolved {
+        /// Number of rows.
+        rows: usize,
+        /// Rows of the log.
+        of: usize,
     },
     /// The log has gaps; each part is a segment with initial states of its own.
     Segments {
@@ -214,7 +248,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         .map(|name| log.column(name).ok_or_else(|| missing_column(log, model, name)))
         .collect::<Result<Vec<_>, _>>()?;
     let mut notes = Vec::new();
-    let compared = columns
+    let compared: Vec<ComparedChannel> = columns
         .into_iter()
         .map(|(channel, measured)| {
             let made = log.provenance(channel.column());
@@ -222,6 +256,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
                 channel,
                 measured,
                 mean_before_s: made.mean_before_s,
+                sample_interval_s: made.sample_interval_s,
                 filter_hz: made.filter_hz,
                 instant: made.instant && channel == Channel::Current,
                 quantum: log.quantization_step(channel.column()),
@@ -248,6 +283,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     }
     let input_at_t = log.notes().is_at_t(input_column(model)) && model.input() != Input::Motion;
     let supply_ratio = model.effects().iter().any(|e| e.card.uses_supply).then(|| supply_ratio(log)).flatten();
+    let connected = connected(log, model, &compared)?;
     let theta = log.column("theta_rad");
     let dt_s = log.median_dt_s();
     let theta_quantum = theta.and_then(|_| log.quantization_step("theta_rad")).unwrap_or(0.0);
@@ -255,8 +291,17 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let increment = prepared_log::increment_rows(dt_s);
     let jumps = theta.map_or_else(Vec::new, |theta| angle_jumps(theta, theta_quantum, &segments));
     let fitted_rows: Vec<usize> = jumps.into_iter().flat_map(|row| row..row + increment).collect();
+    let t_s = log.own_times_s();
+    let compares_sensor = model.input() == Input::Motion && compared.iter().any(|c| c.channel == Channel::Rate);
+    let known_motion: Option<Arc<[KnownMotion]>> =
+        compares_sensor.then(|| known_motion::along(&t_s, input, theta_quantum, &segments).into());
+    if let Some(motion) = &known_motion {
+        let unresolved = segments.iter().flat_map(|rows| &motion[rows.clone()]).filter(|m| !m.is_resolved).count();
+        notes.push(PreparationNote::MotionNotResolved { rows: unresolved, of: motion.len() });
+    }
     let data = PreparedLog {
-        t_s: log.own_times_s(),
+        t_s,
+        known_motion,
         input: prepared_log::input(input, input_at_t, &segments),
         input_at_t,
         driven: model.input(),
@@ -266,6 +311,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         current: log.column("i_A"),
         temp_C: log.column("temp_C").map(|t| smoothed(t, &segments, dt_s).into()),
         supply_ratio,
+        connected,
         rate_from_encoder: log.provenance("omega_rad_s").source == RateSource::Encoder,
         columns: own_columns,
         run_begins: log.runs().iter().map(|run| run.rows.start).collect(),
@@ -318,6 +364,41 @@ fn default_outputs(log: &Log, model: &Model) -> Vec<Channel> {
         }
         _ => all.collect(),
     }
+}
+
+/// Fraction of each row in which the bridge connects the winding; `None`: always.
+fn connected(log: &Log, model: &Model, compared: &[ComparedChannel]) -> Result<Option<Arc<[f64]>>, PrepareError> {
+    let name = || log.path().display().to_string();
+    let uses_winding = match model.input() {
+        Input::Voltage | Input::Setpoint => true,
+        Input::Current | Input::Torque => false,
+        Input::Motion => compared.iter().any(|c| c.channel != Channel::Rate),
+    };
+    if !uses_winding {
+        return Ok(None);
+    }
+    let disconnected = log.column("open_circuit").filter(|open| open.iter().any(|o| *o >= 0.5));
+    if model.input() == Input::Motion && disconnected.is_some() {
+        return Err(PrepareError::DisconnectedMotion { log: name(), model: model.name().to_owned() });
+    }
+    let mut connected = match log.column("u_V").filter(|_| log.notes().bridge_coasts()) {
+        Some(_) if model.input() == Input::Setpoint => {
+            return Err(PrepareError::CoastingServo { log: name(), model: model.name().to_owned() });
+        }
+        Some(u_V) => {
+            let nominal = log.notes().number("supply_nominal_V").filter(|v| *v > 0.0);
+            let supply_V = |row: usize| log.column("supply_V").map(|v| v[row]).filter(|v| *v > 0.0).or(nominal);
+            let fraction = |(row, u): (usize, &f64)| supply_V(row).map(|supply_V| (u.abs() / supply_V).min(1.0));
+            let fractions: Option<Vec<f64>> = u_V.iter().enumerate().map(fraction).collect();
+            fractions.ok_or_else(|| PrepareError::CoastingWithoutSupply { log: name() })?
+        }
+        None if disconnected.is_none() => return Ok(None),
+        None => vec![1.0; log.len()],
+    };
+    for (connected, _) in connected.iter_mut().zip(disconnected.unwrap_or(&[])).filter(|(_, open)| **open >= 0.5) {
+        *connected = 0.0;
+    }
+    Ok(Some(connected.into()))
 }
 
 /// Supply voltage over its nominal value; `None` if it is not measured or constant.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use drive_rig::RowInput;
 
+use super::known_motion::KnownMotion;
 use super::predictor::Predictor;
 use crate::identify::deadline::Deadline;
 use crate::log::{Axis, Log};
@@ -34,6 +35,8 @@ pub struct ComparedChannel<'a> {
     pub measured: &'a [f64],
     /// Length of the window before t over which the channel is averaged, s (from the log's notes).
     pub mean_before_s: Option<f64>,
+    /// The channel is the newest sample of a sensor that samples at this interval by its own clock, s (from the log's notes).
+    pub sample_interval_s: Option<f64>,
     /// Cutoff of the first-order filter of the channel, Hz (from the log's notes).
     pub filter_hz: Option<f64>,
     /// The channel is the instantaneous value at t, not the mean over the row (from the log's notes; currents only).
@@ -55,6 +58,8 @@ pub struct PreparedLog<'a> {
     pub input: Cow<'a, [f64]>,
     /// The column of the input holds values at t; `input` is then the mean of two successive ones.
     pub input_at_t: bool,
+    /// The motion that a rate sensor is compared with, by row; only for a prescribed motion with a rate among the outputs.
+    pub known_motion: Option<Arc<[KnownMotion]>>,
     /// Kind of the input.
     pub driven: Input,
     /// The axis whose names and units the reports have.
@@ -69,6 +74,8 @@ pub struct PreparedLog<'a> {
     pub temp_C: Option<Arc<[f64]>>,
     /// Measured supply voltage over its nominal value.
     pub supply_ratio: Option<Arc<[f64]>>,
+    /// Fraction of each row in which the bridge connects the winding; `None`: always.
+    pub connected: Option<Arc<[f64]>>,
     /// Whether the rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
     /// Columns that the expressions of the model use, in the order of the model.
@@ -129,12 +136,14 @@ impl PreparedLog<'_> {
             t_s: self.t_s[row],
             dt_s: if inside { self.t_s[next] - self.t_s[row] } else { self.dt_s },
             input: self.input[row],
+            connected: self.connected.as_ref().map_or(1.0, |c| c[row]),
             theta: self
                 .theta
                 .map(|theta| (theta[row] + half_count, if inside { theta[next] + half_count } else { theta[row] + half_count })),
             temp_C: self.temp_C.as_ref().map(|t| t[row]),
             supply_ratio: self.supply_ratio.as_ref().map_or(1.0, |s| s[row]),
             rate_from_encoder: self.rate_from_encoder,
+            reference_angle: self.driven == Input::Motion,
             columns: std::array::from_fn(|k| self.columns.get(k).map_or(0.0, |column| column[row])),
             start_s: self.run_start_s(row),
         }
@@ -258,6 +267,7 @@ impl Preparation {
             channel: c.channel,
             measured: &[],
             mean_before_s: c.mean_before_s,
+            sample_interval_s: c.sample_interval_s,
             filter_hz: c.filter_hz,
             instant: c.instant,
             quantum: c.quantum,
@@ -268,6 +278,7 @@ impl Preparation {
             t_s: Cow::Borrowed(&[]),
             input: Cow::Borrowed(&[]),
             input_at_t: data.input_at_t,
+            known_motion: data.known_motion.clone(),
             driven: data.driven,
             axis: data.axis,
             theta: data.theta.map(empty),
@@ -275,6 +286,7 @@ impl Preparation {
             current: data.current.map(empty),
             temp_C: data.temp_C.clone(),
             supply_ratio: data.supply_ratio.clone(),
+            connected: data.connected.clone(),
             rate_from_encoder: data.rate_from_encoder,
             columns: Vec::new(),
             run_begins: data.run_begins.clone(),

@@ -147,8 +147,8 @@ fn follow<S: DerivativeScalar>(
 
 /// Half of the window for the differentiation of a prescribed motion, s.
 const MOTION_HALF_WINDOW_S: f64 = 0.1;
-/// The same where a rate sensor is compared with the motion, and the order of the polynomial: a sine of 5 Hz loses 1e-3 of its amplitude.
-const SENSOR_HALF_WINDOW_S: f64 = 0.02;
+/// Rows on each side of it at least.
+const MIN_ROWS_BESIDE: usize = 2;
 
 /// Prescribed motion: rate and acceleration from a local polynomial, then the required torque, current or voltage, or the reading of a rate sensor.
 fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize, visit: &mut impl FnMut(usize, usize, &S) -> bool) {
@@ -163,29 +163,28 @@ fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize
         .enumerate()
         .map(|(c, channel)| is_sensor(channel).then(|| MeasurementChain::new(data, c, rig.structure())))
         .collect();
-    let mut demands = Window::new(data, rows.clone(), MOTION_HALF_WINDOW_S, 2);
-    let mut senses = Window::new(data, rows.clone(), SENSOR_HALF_WINDOW_S, 3);
+    let mut demands = Window::new(data, rows.clone());
     for row in rows.clone() {
         let mut span = data.row_input(row, rows.end);
         let required = (!data.channels.iter().all(is_sensor)).then(|| {
-            let [at, omega, alpha] = demands.motion(row, parabola);
+            let [at, omega, alpha] = demands.motion(row);
             span.theta = Some((at, at));
             let measured = data.current.map_or(0.0, |i| i[row]);
             rig.demand(&span, omega, alpha, (omega / resolved_rate).clamp(-1.0, 1.0), measured)
         });
-        let sensed = data.channels.iter().any(is_sensor).then(|| senses.motion(row, cubic));
+        let known = data.known_motion.as_ref().map(|motion| motion[row]);
         for (c, channel) in data.channels.iter().enumerate() {
-            let value = match (channel.channel, &required, sensed) {
+            let value = match (channel.channel, &required, known) {
                 (Channel::Current, Some(required), _) => required.current,
                 (Channel::Voltage, Some(required), _) => required.voltage,
                 (Channel::Torque, Some(required), _) => required.torque,
-                (Channel::Rate, _, Some([at, omega, _])) => {
-                    let (omega, theta) = (S::from(omega), S::from(at));
+                (Channel::Rate, _, Some(motion)) => {
+                    let (omega, theta) = (S::from(motion.omega_rad_s), S::from(motion.theta_rad));
                     let reading = rig.read((omega, theta, S::zero()), &span, S::zero());
                     let read = Row { input: &span, omega, theta, reading: &reading, current_slope_A_s: S::zero() };
                     match chains[c].as_mut().and_then(|chain| chain.push(&read)) {
-                        Some(value) => value,
-                        None => continue,
+                        Some(value) if motion.is_resolved => value,
+                        _ => continue,
                     }
                 }
                 _ => continue,
@@ -197,60 +196,31 @@ fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize
     }
 }
 
-/// A polynomial fitted to times and angles: its value, slope and curvature at a time.
-type LocalFit = fn(&[f64], &[f64], f64) -> [f64; 3];
-
 /// A window that moves along the rows of a segment.
 struct Window<'d> {
     t_s: &'d [f64],
     theta: &'d [f64],
     begin: usize,
-    half_s: f64,
-    /// Rows on each side at least.
-    min_rows: usize,
     from: usize,
     to: usize,
 }
 
 impl<'d> Window<'d> {
-    fn new(data: &'d PreparedLog, rows: std::ops::Range<usize>, half_s: f64, min_rows: usize) -> Self {
-        Window { t_s: &data.t_s[rows.clone()], theta: &data.input[rows.clone()], begin: rows.start, half_s, min_rows, from: 0, to: 0 }
+    fn new(data: &'d PreparedLog, rows: std::ops::Range<usize>) -> Self {
+        Window { t_s: &data.t_s[rows.clone()], theta: &data.input[rows.clone()], begin: rows.start, from: 0, to: 0 }
     }
 
-    /// Angle, rate and acceleration at a row, by a fit to the points of the window; the rows must not decrease.
-    fn motion(&mut self, row: usize, fit: LocalFit) -> [f64; 3] {
+    /// Angle, rate and acceleration at a row, by a parabola through the points of the window; the rows must not decrease.
+    fn motion(&mut self, row: usize) -> [f64; 3] {
         let (t, k) = (self.t_s, row - self.begin);
-        while t[k] - t[self.from] > self.half_s {
+        while t[k] - t[self.from] > MOTION_HALF_WINDOW_S {
             self.from += 1;
         }
-        while self.to + 1 < t.len() && t[self.to + 1] - t[k] <= self.half_s {
+        while self.to + 1 < t.len() && t[self.to + 1] - t[k] <= MOTION_HALF_WINDOW_S {
             self.to += 1;
         }
-        let (a, b) = (self.from.min(k.saturating_sub(self.min_rows)), self.to.max((k + self.min_rows).min(t.len() - 1)));
-        fit(&t[a..=b], &self.theta[a..=b], t[k])
-    }
-}
-
-/// Value, slope and curvature at `at` of the least-squares cubic through the points.
-fn cubic(t: &[f64], y: &[f64], at: f64) -> [f64; 3] {
-    let (mut s, mut b) = ([0.0; 7], [0.0; 4]);
-    let y0 = y[0];
-    let scale = (t[t.len() - 1] - t[0]).max(f64::MIN_POSITIVE);
-    for (&t, &y) in t.iter().zip(y) {
-        let x = (t - at) / scale;
-        let mut power = 1.0;
-        for (k, s) in s.iter_mut().enumerate() {
-            *s += power;
-            if k < 4 {
-                b[k] += power * (y - y0);
-            }
-            power *= x;
-        }
-    }
-    let m = nalgebra::Matrix4::from_fn(|i, j| s[i + j]);
-    match m.lu().solve(&nalgebra::Vector4::from(b)) {
-        Some(c) => [y0 + c[0], c[1] / scale, 2.0 * c[2] / (scale * scale)],
-        None => parabola(t, y, at),
+        let (a, b) = (self.from.min(k.saturating_sub(MIN_ROWS_BESIDE)), self.to.max((k + MIN_ROWS_BESIDE).min(t.len() - 1)));
+        parabola(&t[a..=b], &self.theta[a..=b], t[k])
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use drive_model::{LawScalar, LawSource};
-use drive_rig::{Base, Rig};
+use drive_rig::{Base, Rig, Servo};
 
 use super::parameters::{DerivativeScalar, Parameters};
 use crate::model::Input;
@@ -32,6 +32,8 @@ pub struct System {
     pub motor_constant: Option<usize>,
     /// Index of the resistance, if the input needs one.
     pub resistance: Option<usize>,
+    /// Indices of gain, damping and limit of the regulator of a position servo.
+    pub servo: Option<[usize; 3]>,
     /// The effects.
     pub effects: Vec<Effect>,
 }
@@ -45,11 +47,17 @@ impl System {
             inertia: self.inertia.map_or(S::zero(), |k| values[k]),
             motor_constant: self.motor_constant.map_or(one, |k| values[k]),
             resistance: self.resistance.map_or(one, |k| values[k]),
+            servo: self.servo.map(|[gain, damping, limit]| Servo {
+                gain_V_rad: values[gain],
+                damping_V_s_rad: values[damping],
+                limit_V: values[limit],
+            }),
         };
         let input = match driven {
             Input::Voltage => drive_rig::Input::Voltage,
             Input::Current => drive_rig::Input::Current,
             Input::Torque | Input::Motion => drive_rig::Input::Torque,
+            Input::Setpoint => drive_rig::Input::Setpoint,
         };
         let effects = self.effects.iter().map(|e| (S::law(e.source.as_ref()), e.parameters.iter().map(|&k| values[k]).collect())).collect();
         Rig::new(base, input, effects)

@@ -123,7 +123,7 @@ pub fn excess_of_input_error(log: &Log, data: &PreparedLog, fit: &FitResult, err
             let response = rows.response(rows::Disturbance { torque: Some(&torque), ..Default::default() });
             return Some(rows.mean_squares(&response));
         }
-        Input::Motion => return None,
+        Input::Motion | Input::Setpoint => return None,
     };
     Some(rows.mean_squares(&rows.response(disturbance)))
 }

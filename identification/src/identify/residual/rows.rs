@@ -341,7 +341,7 @@ fn drive_constants(data: &PreparedLog, fit: &FitResult) -> Option<DriveConstants
     let value = |name: &str| fit.parameters.list.iter().find(|p| p.name == name).map(|p| p.value);
     let base = |parameter: BaseParameter| value(parameter.name());
     let inertia_kg_m2 = base(BaseParameter::Inertia).filter(|j| *j > 0.0 && data.driven != Input::Motion)?;
-    let ohm = base(BaseParameter::Resistance).filter(|r| *r > 0.0 && data.driven == Input::Voltage);
+    let ohm = base(BaseParameter::Resistance).filter(|r| *r > 0.0 && data.driven.is_voltage());
     Some(DriveConstants {
         inertia_kg_m2,
         motor_constant_N_m_A: base(BaseParameter::MotorConstant).unwrap_or(1.0),

@@ -7,8 +7,8 @@ mod read;
 mod write;
 
 use super::warning::LogWarning;
-use read::warnings;
 pub use read::{FaultNote, Provenance, RateSource, VoltageSource};
+use read::{is_about_column, warnings};
 pub use write::{Note, microseconds, timestamp};
 
 /// The notes of a log, in their order. A `#` line without a key has the key `comment`.
@@ -39,6 +39,12 @@ impl Notes {
                 *key = new;
             }
         }
+    }
+
+    /// Drops the notes about the column `new` and gives those about `old` to it.
+    pub(super) fn replace_subject(&mut self, old: &str, new: &str) {
+        self.0.retain(|(key, _)| !is_about_column(key, new));
+        self.rename(|key| is_about_column(key, old).then(|| new.to_owned()));
     }
 
     /// Removes the notes with that key; the value of the last one.

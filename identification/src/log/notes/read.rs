@@ -1,8 +1,8 @@
 //! Reads notes.
 //!
 //! A note about a column has the name of the column as key, with or without the unit (`omega`); commas separate its clauses. Understood
-//! are `encoder`, `gyro`; `magnitude`; for an angle `compared absolutely`; `mean over 4 ms before t`, `counts per 20 ms`; `filter 100 Hz`; `at t`, `instant`; `mean over the row`; for `u_V`
-//! `asked` or `terminal`; for a quantization step `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per count`.
+//! are `encoder`, `gyro`; `magnitude`; for an angle `compared absolutely`; `mean over 4 ms before t`, `counts per 20 ms`, `newest sample of 1667 Hz before t`; `filter 100 Hz`; `at t`, `instant`; `mean over the row`; for `u_V`
+//! `asked`, `terminal`, `coasting`; for a quantization step `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per count`.
 
 use std::f64::consts::TAU;
 
@@ -18,6 +18,9 @@ pub struct Provenance {
     pub instant: bool,
     /// Mean over this interval before t_k, s.
     pub mean_before_s: Option<f64>,
+    /// The newest sample of a sensor with a clock of its own, which samples at this interval, s. `mean_before_s` is then the same: the expectation over the
+    /// unknown age of the sample.
+    pub sample_interval_s: Option<f64>,
     /// Cutoff of a first-order low-pass, Hz.
     pub filter_hz: Option<f64>,
     /// The sensor of a rate.
@@ -95,6 +98,11 @@ impl Notes {
         stated.unwrap_or(VoltageSource::Command)
     }
 
+    /// The bridge coasts in the off time of its PWM: the winding is then open, not short-circuited.
+    pub fn bridge_coasts(&self) -> bool {
+        note_of(self, "u_V").into_iter().flat_map(clauses).any(is_coasting)
+    }
+
     /// Quantization step of a column as a note states it, in the unit of the column.
     pub fn quantization_step(&self, column: &str) -> Option<f64> {
         if let Some((key, value)) = self.iter().find(|(k, _)| lsb_column(k) == Some(column)) {
@@ -144,14 +152,21 @@ impl Notes {
 /// How a column was made, and the clauses of its note that were not understood.
 fn provenance(notes: &[(String, String)], column: &str) -> (Provenance, Vec<String>) {
     let instant = known(column).is_none_or(|c| !c.mean_over_row);
-    let mut made =
-        Provenance { instant, mean_before_s: None, filter_hz: None, source: RateSource::Unknown, magnitude: false, absolute: false };
+    let mut made = Provenance {
+        instant,
+        mean_before_s: None,
+        sample_interval_s: None,
+        filter_hz: None,
+        source: RateSource::Unknown,
+        magnitude: false,
+        absolute: false,
+    };
     let mut unclear = Vec::new();
     let own = note_of(notes, column);
     // Some loggers state under `encoder` how the rate was made.
     let encoder = notes.iter().find(|(k, _)| k == "encoder").filter(|_| column == "omega_rad_s" && own.is_none());
     for clause in own.into_iter().flat_map(clauses) {
-        let is_voltage = column == "u_V" && voltage_of(clause).is_some();
+        let is_voltage = column == "u_V" && (voltage_of(clause).is_some() || is_coasting(clause));
         if !is_voltage && !take_clause(&mut made, clause) {
             unclear.push(clause.to_owned());
         }
@@ -218,6 +233,12 @@ fn take_clause(made: &mut Provenance, clause: &str) -> bool {
         made.source = RateSource::RateSensor;
         understood = true;
     }
+    // The age of such a sample is even over its interval, as that of a mean over the interval.
+    if has_word(clause, &["newest"]) && has_word(clause, &["before"]) {
+        made.mean_before_s = number_with(clause, &[("hz", 1.0), ("khz", 1e3)]).filter(|hz| *hz > 0.0).map(|hz| 1.0 / hz);
+        made.sample_interval_s = made.mean_before_s;
+        return made.mean_before_s.is_some();
+    }
     let windowed = has_word(clause, &["mean", "average", "averaged", "per", "difference", "differences"]);
     let filtered = has_word(clause, &["filter", "filtered", "low-pass", "lowpass"]);
     // A window that does not end at t, or a filter of higher order, is not supported.
@@ -262,6 +283,10 @@ fn voltage_of(clause: &str) -> Option<VoltageSource> {
     } else {
         None
     }
+}
+
+fn is_coasting(clause: &str) -> bool {
+    has_word(clause, &["coasts", "coasting"])
 }
 
 /// The column whose quantization step (LSB) a key names: `theta_lsb_rad`, `theta_rad_lsb`, `lsb_theta_rad`, `theta_lsb`, `theta_lsb_deg`.
@@ -328,6 +353,11 @@ fn is_about(key: &str, column: &str) -> bool {
     const UNITS: [&str; 7] = ["_rad_s", "_m_s2", "_N_m", "_rad", "_V", "_A", "_C"];
     let stem = UNITS.iter().find_map(|u| column.strip_suffix(u)).unwrap_or(column);
     key.eq_ignore_ascii_case(column) || key.eq_ignore_ascii_case(stem)
+}
+
+/// The key is the column's name, or names its quantization step.
+pub(super) fn is_about_column(key: &str, column: &str) -> bool {
+    is_about(key, column) || lsb_column(key) == Some(column)
 }
 
 /// The parts between commas and semicolons that are not inside brackets, as in `[t_k, t_k+1)`.

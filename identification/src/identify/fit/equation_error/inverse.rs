@@ -155,7 +155,7 @@ pub(super) fn explained(data: &PreparedLog) -> Channel {
         Input::Torque => Channel::Torque,
         Input::Current => Channel::Current,
         Input::Voltage => Channel::Voltage,
-        Input::Motion => data.channels.first().map_or(Channel::Torque, |c| c.channel),
+        Input::Motion | Input::Setpoint => data.channels.first().map_or(Channel::Torque, |c| c.channel),
     }
 }
 

@@ -101,6 +101,16 @@ pub enum InverseModelCause {
         "the effect {0} is not part of the inverse model, which computes the torque of a measured motion row by row: remove it from the model, or use the output-error fit"
     )]
     NotInvertible(String),
+    /// The setpoint of a servo is the input.
+    #[error(
+        "the equation-error fit explains a measured voltage, current or torque; the setpoint of a servo is none: use the output-error fit"
+    )]
+    Servo,
+    /// The motor is disconnected in a part of the time.
+    #[error(
+        "the equation-error fit explains the torque of the motor, and the motor is disconnected in a part of the time: use the output-error fit"
+    )]
+    Disconnected,
     /// The inverse model is not linear in these parameters.
     #[error(
         "the equation-error fit needs a model that is linear in its parameters, which this model is not in {0}: give them as {{ value = …, fixed = true }}, or use the output-error fit"
@@ -202,6 +212,12 @@ fn evaluate(
 ) -> Result<EquationErrorFit, InverseModelError> {
     let fail = |cause: InverseModelCause| InverseModelError::of(log, cause);
     let (system, parameters) = build::system(model, data.temp_C.is_some());
+    if system.servo.is_some() {
+        return Err(fail(InverseModelCause::Servo));
+    }
+    if data.connected.as_ref().is_some_and(|connected| connected.contains(&0.0)) {
+        return Err(fail(InverseModelCause::Disconnected));
+    }
     inverse::check_effects(model, &system, &parameters, data.temp_C.is_some()).map_err(fail)?;
     let explained = inverse::explained(data);
     let given = log.column(explained.column()).unwrap_or(&data.input);

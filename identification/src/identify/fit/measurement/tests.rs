@@ -14,6 +14,7 @@ fn compared(shows: Channel, mean_before_s: Option<f64>) -> ComparedChannel<'stat
     ComparedChannel {
         channel: shows,
         measured: &[],
+        sample_interval_s: None,
         mean_before_s,
         filter_hz: None,
         instant: false,
@@ -37,6 +38,8 @@ fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a>
         current: None,
         temp_C: None,
         supply_ratio: None,
+        connected: None,
+        known_motion: None,
         rate_from_encoder: false,
         columns: Vec::new(),
         run_begins: vec![0],
