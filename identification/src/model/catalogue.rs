@@ -175,7 +175,8 @@ pub(super) fn blank(input: Input, axis: Axis) -> String {
         column("omega_rad_s"),
     );
     for base in BaseParameter::ALL {
-        let is_needed = needed(input).contains(&base) || (input == Input::Motion && base != BaseParameter::Resistance);
+        let is_needed = needed(input).contains(&base)
+            || (input == Input::Motion && matches!(base, BaseParameter::Inertia | BaseParameter::MotorConstant));
         if is_needed {
             let parameter = base.info();
             let start = match (axis, base) {

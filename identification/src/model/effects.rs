@@ -165,7 +165,11 @@ impl Reader<'_> {
         let Some(left) = self.given.iter().find(|g| !g.taken) else { return Ok(()) };
         let stem = left.name.split('#').next().unwrap_or(&left.name);
         let owners = catalogue::owners(stem);
-        let kind = if owners.is_empty() {
+        let is_of_servo = BaseParameter::ALL.iter().any(|base| base.is_of_servo() && base.name() == stem);
+        let kind = if is_of_servo {
+            let input = self.axis.column(Input::Setpoint.column());
+            ModelErrorKind::Unused { name: left.name.clone(), hint: format!("; it belongs to a servo, input = \"{input}\"") }
+        } else if owners.is_empty() {
             let known: Vec<String> = catalogue::parameter_names().map(|n| self.axis.parameter(n)).collect();
             let near = nearest(&left.name, self.parameters.iter().map(|p| p.name.as_str()).chain(known.iter().map(String::as_str)));
             ModelErrorKind::Unknown {

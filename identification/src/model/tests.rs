@@ -190,6 +190,8 @@ fn each_input_needs_its_base_parameters() {
     assert!(Model::parse(&text("theta_rad", ""), "m").is_ok());
     let compared = text("theta_rad", "").replace("[parameters]", "outputs = [\"i_A\"]\n[parameters]");
     assert!(Model::parse(&compared, "m").unwrap_err().to_string().contains("'motor_constant_N_m_A' is missing"));
+    let of_a_servo = text("torque_N_m", "inertia_kg_m2 = 1\nservo_limit_V = 5");
+    assert!(Model::parse(&of_a_servo, "m").unwrap_err().to_string().contains("theta_cmd_rad"));
     for input in Input::ALL {
         let blank = Model::new(input, "new").unwrap();
         assert_eq!(blank.input(), input);
