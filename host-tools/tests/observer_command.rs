@@ -143,6 +143,36 @@ fn end_of_the_simulation_is_not_called_steady() {
     assert!(text.contains("rate error at the end, 3 s, rad/s") && text.contains("steady (t → ∞) rate error, rad/s"), "{text}");
 }
 
+/// A log by the command: the rigid body of case V1, whose mean is −6.923191e-3 rad (docs/theory.md §2.3).
+#[test]
+fn simulated_vibration_is_compensated_within_the_uncertainty() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let sim = ["sim", "--gyro", "rate-observer", "--vibration", "1e-3,2", "--seconds", "30", "--out", "v.csv"];
+    let said = stand(path, &sim).succeeded().out;
+    assert!(said.contains("30 s at 1000 Hz") && said.contains("linear theory") && said.contains("0.006924"), "{said}");
+    let answer = stand(path, &["vibration", "compensate", "v.csv", "--json", "-"]).succeeded().json();
+    let number = |quantity: &str, key: &str| answer[quantity][key].as_f64().unwrap_or_else(|| panic!("{answer:#}"));
+    let (part, expanded) = (number("vibration_part_rad", "value"), number("vibration_part_rad", "U"));
+    // The converter has 12 bits, 16 µrad, and noise of one code.
+    assert!((part + 6.923_191e-3).abs() <= expanded && expanded < 1e-3, "{part} ± {expanded}");
+    // 30 s show where the precession of ten minutes stands, and the answer says so.
+    assert!(answer["warnings"][0].as_str().unwrap().contains("shorter than a precession"), "{answer:#}");
+    for (more, expected) in [
+        (&["--vibration", "1e-3"][..], "two to four numbers"),
+        (&["--vibration", "1,2"], "amplitude in g 1 is out of range"),
+        (&["--vibration", "1e-3,400"], "frequency in Hz 400 is out of range"),
+        (&["--vibration", "1e-3,2", "--gyro", "astatic-identifier"], "needs an element with four states"),
+        (&["--vibration", "0.1,2", "--gyro"], "leaves the range of the angle sensor"),
+        (&["--gyro"], "give --serve, or --vibration"),
+    ] {
+        let gyro: &[&str] = if more.contains(&"--gyro") { &[] } else { &["--gyro"] };
+        let ran = stand(path, &[&["sim", "--out", "w.csv", "--seconds", "1"], more, gyro].concat());
+        assert!(ran.status == Some(2) && ran.err.contains(expected), "{more:?}: {ran:?}");
+        assert!(!path.join("w.csv").exists(), "{more:?}");
+    }
+}
+
 /// The four-state element on a vibrating base, as a log; docs/theory.md §2.3, case V1.
 #[test]
 fn azimuth_is_corrected_for_vibration() {

@@ -21,3 +21,4 @@ pub mod recording;
 pub mod serve;
 pub mod settings;
 pub mod simulation;
+pub mod vibration_simulation;

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::json::{Entries, value};
-use super::plain;
+use super::{plain, significant};
 use crate::acquire::hidden::HiddenEffect;
 use crate::acquire::simulation::LogSummary;
 
@@ -35,6 +35,14 @@ pub fn text(log: &LogSummary, hidden: Option<&HiddenEffect>, reveal: bool) -> St
         (None, false) => {}
     }
     text
+}
+
+/// Expected azimuth error of a log under vibration, by linear theory.
+pub fn vibration_text(part_rad: f64) -> String {
+    format!(
+        "mean azimuth by the vibration (linear theory) {} rad; the true azimuth is 0 over a whole precession\n",
+        significant(part_rad, 4)
+    )
 }
 
 #[derive(Serialize)]

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::served::{Served, send_lines as console};
 use super::{Check, Log, help_everywhere, json, json_in_both_places, page, stand, stdout_of};
 
-pub const WORDS: [(&str, Check); 21] = [
+pub const WORDS: [(&str, Check); 22] = [
     ("observer --help", help_everywhere),
     ("observer design --help", help_everywhere),
     ("observer simulate --help", help_everywhere),
@@ -113,6 +113,15 @@ pub const WORDS: [(&str, Check); 21] = [
         }
         json_in_both_places(f, &["vibration", "compensate", "swing.csv"]);
         page(f, &["vibration", "compensate", "swing.csv"]);
+    }),
+    ("sim --vibration", |f| {
+        let log = |vibration: &str| {
+            stand(f, &["sim", "--gyro", "--vibration", vibration, "--seconds", "1", "--out", "v.csv", "--force"]).succeeded();
+            std::fs::read_to_string(f.join("v.csv")).unwrap()
+        };
+        let usual = log("1e-3,2");
+        assert_eq!(usual, log("1e-3,2,45,0"));
+        assert!(["2e-3,2", "1e-3,3", "1e-3,2,30", "1e-3,2,45,60"].iter().all(|other| log(other) != usual));
     }),
     #[cfg(unix)]
     ("record --also", |f| {
