@@ -80,6 +80,7 @@ impl DriftCase {
             rates_rad_s: [0.05_f64, 0.02].map(f64::to_radians).to_vec(),
             positions: turned.iter().map(|half_turns| Orientation { turned_rad: half_turns * PI, ..Orientation::default() }).collect(),
             order: VisitOrder::Abba,
+            rounds: 2,
             turn_by_drive: false,
             keep_rows: false,
         }
