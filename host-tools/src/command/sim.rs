@@ -24,6 +24,7 @@ use crate::acquire::hidden::HiddenEffect;
 use crate::acquire::profile_recording::{ProfileRecordingRequest, early_end, record_profile};
 use crate::acquire::recording::RecordingEnd;
 use crate::acquire::simulation::{LogSummary, SimulationError, simulate_to_file};
+use crate::acquire::three_axis_simulation::{self, Platform, PlatformSimulationError};
 use crate::acquire::vibration_simulation::{VibrationSimulation, VibrationSimulationError};
 use crate::log::{Note, Notes};
 use crate::observer::vibration::predicted_rad;
@@ -52,13 +53,18 @@ pub(super) struct Sim {
     #[arg(long, value_name = "FILE", requires = "serve", conflicts_with = "out")]
     flash: Option<PathBuf>,
     /// Connect a simulated gyroscope to the torquer and angle sensor of the served stand; parameters from a TOML file, default 1.5 °/h drift at 70° north.
-    /// With --vibration: the sensitive element, a preset or a .toml file with [four_state], default rate-observer
+    /// With --vibration: the sensitive element, a preset or a .toml file with [four_state], default rate-observer. With --axes 3: the platform, a .toml file
+    /// with [site], [own], [sensor] and three [[torquer]]
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     gyro: Option<Option<PathBuf>>,
     /// Write a log of the gyroscope's sensitive element on a vibrating base instead: amplitude in g, frequency, direction from the rotor's axis, and phase of the
     /// part across it
     #[arg(long, value_name = "G,HZ[,DEG[,DEG]]", requires_all = ["gyro", "out"], conflicts_with_all = ["serve", "profile", "mode", "amplitude", "hidden", "stand"])]
     vibration: Option<BaseVibrationOption>,
+    /// Write the log of a drift session of a three-axis platform instead, for `stand drift compute`: two positions in the order A B B A, twice, pulses on all axes
+    /// at once. The only number is 3
+    #[arg(long, value_name = "3", value_parser = clap::value_parser!(u8).range(3..=3), requires_all = ["gyro", "out"], conflicts_with_all = ["serve", "profile", "mode", "amplitude", "hidden", "stand", "seconds", "vibration"])]
+    axes: Option<u8>,
     #[command(flatten)]
     profile: ProfileOptions,
     /// Duration of the log, s [default: 30]; of a served stand: time until it ends [default: until Ctrl-C]
@@ -130,6 +136,15 @@ impl From<VibrationSimulationError> for CliError {
     }
 }
 
+impl From<PlatformSimulationError> for CliError {
+    fn from(error: PlatformSimulationError) -> Self {
+        match error {
+            PlatformSimulationError::Interrupted => CliError::Other(error.to_string()),
+            PlatformSimulationError::Log(error) => error.into(),
+        }
+    }
+}
+
 /// Default duration of a log, s.
 const DEFAULT_SECONDS: f64 = 30.0;
 /// Time from the emulated chip's power-on to the first command, s.
@@ -151,8 +166,13 @@ impl Sim {
         if let (Some(out), Some(vibration)) = (&self.out, self.vibration) {
             return self.simulate_vibration(out, vibration);
         }
+        if let (Some(out), Some(_)) = (&self.out, self.axes) {
+            return self.simulate_platform(out);
+        }
         if self.gyro.is_some() && self.serve.is_none() {
-            return Err(CliError::Input("--gyro: give --serve, or --vibration for a log on a vibrating base".to_owned()));
+            let words =
+                "--gyro: give --serve, or --vibration for a log on a vibrating base, or --axes 3 for a log of a three-axis platform";
+            return Err(CliError::Input(words.to_owned()));
         }
         let Some(out) = &self.out else {
             return serve(ServeOptions {
@@ -236,6 +256,29 @@ impl Sim {
         let log = LogSummary::from(&log?);
         self.json.text(&format!("{}{}", report::text(&log, None, false), report::vibration_text(part_rad)))?;
         self.json.json(|| report::json(&log, None, false))
+    }
+
+    /// Writes the log of a drift session of a three-axis platform.
+    fn simulate_platform(&self, out: &Path) -> Result<(), CliError> {
+        self.overwrite.check(out)?;
+        let platform = match &self.gyro {
+            Some(Some(file)) => {
+                let text = std::fs::read_to_string(file).map_err(|e| CliError::file(file, "read", &e))?;
+                Platform::read(&text).map_err(|e| CliError::in_file(file, e))?
+            }
+            _ => Platform::default(),
+        };
+        let interrupts = Interrupts::install()?;
+        let bar = progress_bar((three_axis_simulation::duration_s() * 1e3) as u64, "simulating {wide_bar} {percent} %, {eta} left");
+        let written = three_axis_simulation::write(&platform, self.seed, out, |t_s| {
+            bar.set_position((t_s * 1e3) as u64);
+            !interrupts.any()
+        });
+        bar.finish_and_clear();
+        let (log, truth) = written?;
+        let log = LogSummary::from(&log);
+        self.json.text(&format!("{}{}", report::text(&log, None, false), report::platform_text(&truth)))?;
+        self.json.json(|| report::platform_json(&log, &truth))
     }
 
     /// Records a profile on the emulated chip, in virtual time.

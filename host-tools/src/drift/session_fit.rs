@@ -342,7 +342,8 @@ impl BetweenVisits {
 
     /// A linear combination with its uncertainty: U² is the sum of both U², each with its own degrees of freedom.
     fn estimate(&self, combination: &DVector<f64>) -> (f64, Uncertainty) {
-        let between = Uncertainty::student((self.variance * self.of_offsets.tr_mul(combination).norm_squared()).sqrt(), self.contrasts as f64);
+        let between =
+            Uncertainty::student((self.variance * self.of_offsets.tr_mul(combination).norm_squared()).sqrt(), self.contrasts as f64);
         let of_rows = self.of_rows.tr_mul(combination).norm_squared();
         let within = self.within.map(|(variance, dof)| Uncertainty::student((variance * of_rows).sqrt(), dof));
         let expanded = between.expanded().hypot(within.map_or(0.0, |within| within.expanded()));
@@ -496,14 +497,7 @@ mod tests {
         rows
     }
 
-    fn session_of(
-        order: &[f64],
-        cycles: usize,
-        amplitudes: &[f64],
-        sigma: f64,
-        seed: u64,
-        moves: impl Fn(f64) -> f64,
-    ) -> Vec<FitRow> {
+    fn session_of(order: &[f64], cycles: usize, amplitudes: &[f64], sigma: f64, seed: u64, moves: impl Fn(f64) -> f64) -> Vec<FitRow> {
         let mut noise = Noise::new(seed, 0, 1.0);
         let mut rows = Vec::new();
         let mut t = 0.0;
