@@ -171,7 +171,8 @@ pub const WORDS: &[(&str, super::Check)] = &[
         assert_eq!(super::served::send_lines(f, &usual.port, "DRIFt:STATe?\n").status, Some(0));
         drop(usual);
         let one = super::served::Served::new(f, &["--gyro", "gyro.toml"]);
-        let short = ["--cycles", "2", "--pulse", "0.5", "--rest", "1", "--latitude", "70", "--turn", "drive", "--json", "-"];
+        let short =
+            ["--cycles", "2", "--rounds", "1", "--pulse", "0.5", "--rest", "1", "--latitude", "70", "--turn", "drive", "--json", "-"];
         let found = json(f, &[&["drift", "run", "--port", one.port.as_str()][..], &short].concat());
         assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(8), Some(0)), "{found}");
         // 1.856 °/h; pulses of half a second leave about 0.4 °/h of noise.

@@ -218,7 +218,7 @@ fn swinging(folder: &Path) {
 
 /// A log of the free element.
 fn free(folder: &Path) {
-    stand(folder, &["observer", "simulate", "astatic-identifier-recovered", "--seconds", "10", "--out", "free.csv", "--force"]).succeeded();
+    stand(folder, &["observer", "simulate", "astatic-identifier-recovered", "--seconds", "30", "--out", "free.csv", "--force"]).succeeded();
 }
 
 fn tracked(folder: &Path, more: &[&str]) -> Value {
