@@ -14,8 +14,8 @@
 //!
 //! A walk and a trend explain offsets of few visits nearly as well as the offsets themselves, and the walk is no error of the own drift. The likelihood does
 //! not decide between them, so the interval is never smaller than that of the offsets alone: variance between the visits by the mean square of their k
-//! contrasts that all columns of the fit leave free (Henderson's method 3, Biometrics 9 (1953) 226), with Student's t of k degrees of freedom, beside the
-//! scatter within the visits. With one contrast t is 12.7; it then counts only if it differs from the scatter of the cycles at the 25 % level (preliminary
+//! contrasts that all columns of the fit leave free (Henderson's method 3, Biometrics 9 (1953) 226), with Student's t of their effective degrees of freedom, beside
+//! the scatter within the visits. With one contrast t is 12.7; it then counts only if it differs from the scatter of the cycles at the 25 % level (preliminary
 //! test for pooling: Bancroft, Biometrics 20 (1964) 427). The largest of these intervals and that for λ = μ = 0 is reported.
 //! Limits: an offset of the only visit to a position cannot be told from the position and is not in the uncertainty ([`SessionFit::free_visits`]).
 
@@ -300,8 +300,11 @@ struct BetweenVisits {
     of_rows: DMatrix<f64>,
     /// Variance of a visit by the contrasts; it has that of the mean of the cycles in it.
     variance: f64,
-    /// Number of contrasts: degrees of freedom of `variance`.
+    /// Number of contrasts.
     contrasts: usize,
+    /// Degrees of freedom of `variance` by Welch and Satterthwaite: the contrasts have different parts of the offsets, and the one that compares the trend between
+    /// the visits with that within them has hardly any.
+    dof: f64,
     /// Variance of a row within the visits, with its degrees of freedom; `None` without one.
     within: Option<(f64, f64)>,
     /// Mean square of the contrasts.
@@ -322,11 +325,13 @@ impl BetweenVisits {
         let within_dof = x.nrows() as f64 - x.ncols() as f64 - contrasts as f64;
         let within = (within_dof > 0.0).then(|| ((residual.norm_squared() - square).max(0.0) / within_dof, within_dof));
         let means = orthonormal(visits, f64::EPSILON * visits.norm());
+        let parts = free.tr_mul(visits).svd(false, false).singular_values.map(|part| part * part);
         Some(Self {
+            dof: parts.sum().powi(2) / parts.norm_squared(),
             of_offsets: &gain * visits,
             of_rows: &gain - (&gain * &means) * means.transpose(),
             // E square = contrasts σ² + τ² trace.
-            variance: square / free.tr_mul(visits).norm_squared(),
+            variance: square / parts.sum(),
             contrasts,
             within,
             mean_square: square / contrasts as f64,
@@ -342,8 +347,7 @@ impl BetweenVisits {
 
     /// A linear combination with its uncertainty: U² is the sum of both U², each with its own degrees of freedom.
     fn estimate(&self, combination: &DVector<f64>) -> (f64, Uncertainty) {
-        let between =
-            Uncertainty::student((self.variance * self.of_offsets.tr_mul(combination).norm_squared()).sqrt(), self.contrasts as f64);
+        let between = Uncertainty::student((self.variance * self.of_offsets.tr_mul(combination).norm_squared()).sqrt(), self.dof);
         let of_rows = self.of_rows.tr_mul(combination).norm_squared();
         let within = self.within.map(|(variance, dof)| Uncertainty::student((variance * of_rows).sqrt(), dof));
         let expanded = between.expanded().hypot(within.map_or(0.0, |within| within.expanded()));
