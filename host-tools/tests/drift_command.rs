@@ -92,7 +92,7 @@ fn two_amplitudes_separate_unequal_torquer_and_drift() {
 fn log_does_not_change_the_result() {
     let folder = tempfile::tempdir().unwrap();
     let json = |more: &[&str]| {
-        let words = ["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--json", "-"];
+        let words = ["drift", "run", "--cycles", "2", "--rounds", "1", "--pulse", "1", "--rest", "2", "--json", "-"];
         stand(folder.path(), &[&words, more].concat()).succeeded().json()
     };
     let alone = json(&[]);
@@ -104,7 +104,7 @@ fn log_does_not_change_the_result() {
 fn cycles_are_detected_by_the_current_without_marks() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    stand(path, &["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).succeeded();
+    stand(path, &["drift", "run", "--cycles", "2", "--rounds", "1", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).succeeded();
     let with = std::fs::read_to_string(path.join("log.csv")).unwrap();
     // The renamed column is unknown and ignored.
     std::fs::write(path.join("bare.csv"), with.replace("drift_mark", "mark")).unwrap();
@@ -225,7 +225,7 @@ fn invalid_input_fails_with_one_line_and_status_2() {
     std::fs::write(path.join("bad.toml"), "[sensor]\ngain = 3\n").unwrap();
     refused(path, &["drift", "run", "--gyro", "bad.toml"], "unknown field `gain`");
 
-    stand(path, &["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).succeeded();
+    stand(path, &["drift", "run", "--cycles", "2", "--rounds", "1", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).succeeded();
     let log = std::fs::read_to_string(path.join("log.csv")).unwrap();
     let with = |name: &str, text: String| std::fs::write(path.join(name), text).unwrap();
     with("no-gain.csv", log.replace("# angle_gain_V_rad: 150\n", ""));

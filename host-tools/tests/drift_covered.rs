@@ -66,8 +66,39 @@ fn clipped_angle_sensor_rejects_the_cycles_and_says_so() {
     // With small pulses beside them, only the clipped cycles are dropped, and the result is covered.
     let found = run(path, "[sensor]\nrange_V = 0.55\n", &["--rate", "0.05,0.02,0.03"]);
     assert_eq!((found["bad"].as_u64(), found["good"].as_u64()), (Some(8), Some(16)), "{found}");
-    covers(&found["own_drift_deg_h"], 1.5, 0.05);
+    covers(&found["own_drift_deg_h"], 1.5, 0.03);
     assert!(found["cycles"].as_array().unwrap().iter().any(|c| c["bad"].as_str().is_some_and(|bad| bad.contains("clipped"))));
+}
+
+/// The level is off by 17′ after each turn: 0.07 °/h, some times the scatter of a cycle. Positions visited twice without a turn between do not show it.
+#[test]
+fn offsets_of_the_visits_are_covered_and_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut covered, mut reported) = (0, 0);
+    for seed in 1..=20 {
+        let found = run(folder.path(), "level_error_rad = 5e-3\n", &["--rate", "0.05", "--seed", &seed.to_string()]);
+        for (name, truth) in [("own_drift_deg_h", 1.5), ("apparent_drift_deg_h", -0.893_307)] {
+            let (value, expanded) = value(&found[name]);
+            covered += u32::from((value - truth).abs() <= expanded);
+        }
+        reported += u32::from(found["warnings"].to_string().contains("visits of one position"));
+    }
+    // 95 % of 40 less three standard errors of 20 independent sessions.
+    assert!(covered >= 33, "{covered}");
+    assert!(reported >= 5, "{reported}");
+}
+
+/// Positions visited once do not show the offsets of the visits, three visits hardly; the default of five does.
+#[test]
+fn few_visits_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let reported = |more: &[&str], words: &str| {
+        let found = run(folder.path(), "", more);
+        (found["warnings"].to_string().contains(words), found["movement"][0]["visit_contrasts"].as_u64().unwrap())
+    };
+    assert_eq!(reported(&["--order", "once"], "each position was visited once"), (true, 0));
+    assert_eq!(reported(&["--rounds", "1"], "show in one difference only"), (true, 1));
+    assert_eq!(reported(&[], "visit"), (false, 3));
 }
 
 /// Student's t: k of 4 degrees of freedom is 2.78 and not 2.

@@ -193,6 +193,43 @@ fn two_amplitudes_give_the_inequality_of_three_torquers() {
     }
 }
 
+/// Two rounds of A B B A by the command: the trend is known between the visits.
+#[test]
+fn simulated_platform_is_evaluated_within_its_uncertainty() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let file = "[own]\nconstant_rad_s = [1e-5, -5e-6, 2e-6]\nramp_rad_s2 = [1e-9, 0.0, -1e-9]\nrandom_walk_rad_s_sqrt_s = 1e-10\n";
+    std::fs::write(path.join("platform.toml"), file).unwrap();
+    for words in [&["--gyro"][..], &["--gyro", "platform.toml"]] {
+        let sim = [&["sim", "--axes", "3", "--out", "p.parquet", "--force", "--json", "-"], words].concat();
+        let truth = stand(path, &sim).succeeded().json()["truth"].clone();
+        let found = stand(path, &[&["drift", "compute", "p.parquet"][..], &JSON].concat()).succeeded().json();
+        assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(96), Some(0)), "{found}");
+        let covers = |what: &str, entry: &Value, truth: f64, most: f64| {
+            let (value, expanded) = (entry["value"].as_f64().unwrap(), entry["U"].as_f64().unwrap());
+            assert!((value - truth).abs() <= expanded && expanded < most, "{what}: {value} ± {expanded}, truth {truth}");
+        };
+        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            covers(axis, &found["own_drift_deg_h"][axis], truth["own_rad_s"][k].as_f64().unwrap() / DEG_H, 0.015);
+            // About the vertical the apparent drift is that of the latitude.
+            if axis != "y" {
+                covers(axis, &found["apparent_drift_deg_h"][axis], truth["apparent_rad_s"][k].as_f64().unwrap() / DEG_H, 0.03);
+            }
+        }
+        covers("azimuth", &found["azimuth_deg"], truth["azimuth_rad"].as_f64().unwrap().to_degrees(), 0.1);
+    }
+    for (words, message) in [
+        (&["--axes", "2", "--gyro"][..], "2 is not in 3..=3"),
+        (&["--axes", "3"], "--gyro"),
+        (&["--axes", "3", "--seconds", "5", "--gyro"], "cannot be used with"),
+        (&["--axes", "3", "--gyro", "bad.toml"], "bad.toml: torquer y: lag_s 11 is out of range: 0 to 10"),
+    ] {
+        std::fs::write(path.join("bad.toml"), "[[torquer]]\n[[torquer]]\nlag_s = 11.0\n[[torquer]]\n").unwrap();
+        let ran = stand(path, &[&["sim", "--out", "bad.csv"][..], words].concat());
+        assert!(ran.status == Some(2) && ran.err.contains(message) && !path.join("bad.csv").exists(), "{ran:?}");
+    }
+}
+
 #[test]
 fn turn_level_and_gain_errors_act_on_the_expected_axes() {
     let folder = tempfile::tempdir().unwrap();

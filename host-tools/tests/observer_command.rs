@@ -143,7 +143,89 @@ fn end_of_the_simulation_is_not_called_steady() {
     assert!(text.contains("rate error at the end, 3 s, rad/s") && text.contains("steady (t → ∞) rate error, rad/s"), "{text}");
 }
 
+/// A log by the command: the rigid body of case V1, whose mean is −6.923191e-3 rad (docs/theory.md §2.3).
+#[test]
+fn simulated_vibration_is_compensated_within_the_uncertainty() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let sim = ["sim", "--gyro", "rate-observer", "--vibration", "1e-3,2", "--seconds", "30", "--out", "v.csv"];
+    let said = stand(path, &sim).succeeded().out;
+    assert!(said.contains("30 s at 1000 Hz") && said.contains("linear theory") && said.contains("0.006924"), "{said}");
+    let answer = stand(path, &["vibration", "compensate", "v.csv", "--json", "-"]).succeeded().json();
+    let number = |quantity: &str, key: &str| answer[quantity][key].as_f64().unwrap_or_else(|| panic!("{answer:#}"));
+    let (part, expanded) = (number("vibration_part_rad", "value"), number("vibration_part_rad", "U"));
+    // The converter has 12 bits, 16 µrad, and noise of one code.
+    assert!((part + 6.923_191e-3).abs() <= expanded && expanded < 1e-3, "{part} ± {expanded}");
+    // 30 s show where the precession of ten minutes stands, and the answer says so.
+    assert!(answer["warnings"][0].as_str().unwrap().contains("shorter than a precession"), "{answer:#}");
+    for (more, expected) in [
+        (&["--vibration", "1e-3"][..], "two to four numbers"),
+        (&["--vibration", "1,2"], "amplitude in g 1 is out of range"),
+        (&["--vibration", "1e-3,400"], "frequency in Hz 400 is out of range"),
+        (&["--vibration", "1e-3,2", "--gyro", "astatic-identifier"], "needs an element with four states"),
+        (&["--vibration", "0.1,2", "--gyro"], "leaves the range of the angle sensor"),
+        (&["--gyro"], "give --serve, or --vibration"),
+    ] {
+        let gyro: &[&str] = if more.contains(&"--gyro") { &[] } else { &["--gyro"] };
+        let ran = stand(path, &[&["sim", "--out", "w.csv", "--seconds", "1"], more, gyro].concat());
+        assert!(ran.status == Some(2) && ran.err.contains(expected), "{more:?}: {ran:?}");
+        assert!(!path.join("w.csv").exists(), "{more:?}");
+    }
+}
+
 /// The four-state element on a vibrating base, as a log; docs/theory.md §2.3, case V1.
+/// A log of the free element under a constant moment: states and moment are learnt from the angle sensor alone.
+#[test]
+fn recorded_log_gives_states_and_learnt_moment_beside_the_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let simulate = |more: &[&str]| {
+        let words = ["observer", "simulate", "astatic-identifier-recovered", "--angle", "1e-3", "--moment", "1e-5", "--seconds", "20"];
+        stand(path, &[&words[..], &["--out", "log.csv", "--force"], more].concat())
+    };
+    let track = |more: &[&str]| {
+        stand(path, &[&["observer", "track", "log.csv", "--omega", "20", "--json", "-"][..], more].concat()).succeeded().json()
+    };
+    let mut covered = 0;
+    for seed in ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10"] {
+        simulate(&["--seed", seed]).succeeded();
+        let found = track(&[]);
+        let (moment, learnt) = (&found["moment_N_m"], &found["moment"]);
+        let number = |key: &str| moment[key].as_f64().unwrap_or_else(|| panic!("{key}: {found}"));
+        assert!((learnt["true_mean"].as_f64().unwrap() - 1e-5).abs() < 1e-15, "{found}");
+        // The moment is known to a fifth.
+        assert!(number("U") < 2e-6, "{found}");
+        covered += u32::from((number("value") - 1e-5).abs() <= number("U"));
+        let rms = |state: usize| found["states"][state]["rms_error"].as_f64().unwrap();
+        assert!(rms(0) < 3e-4 && rms(1) < 0.03, "{found}");
+    }
+    // At least 8 of 10 at 95 %: less with probability 0.012.
+    assert!(covered >= 8, "{covered}");
+    // A static observer shows the moment as an error of the angle instead.
+    let fixed = track(&["--kind", "static"]);
+    assert!(fixed["moment"].is_null() && fixed["moment_N_m"].is_null() && fixed["states"].as_array().unwrap().len() == 6);
+    let text = stand(path, &["observer", "track", "log.csv", "--omega", "20", "--out", "hat.csv"]).succeeded().out;
+    assert!(text.contains("learnt moment") && text.contains("truth 1.0000 × 10⁻⁵"), "{text}");
+    let hat = std::fs::read_to_string(path.join("hat.csv")).unwrap();
+    assert!(hat.contains("hat_alpha_rad,alpha_rad") && hat.contains("hat_moment_N_m,moment_N_m"));
+    // Refused, with the log and the reason.
+    for (words, message) in [
+        (&["--torquer", "0.05"][..], "log.csv: --torquer needs the column torquer_A"),
+        (&["--angle-gain", "0"], "angle gain 0 V/rad"),
+        (&["--model", "none.toml"], "none.toml"),
+    ] {
+        let ran = stand(path, &[&["observer", "track", "log.csv"][..], words].concat());
+        assert!(ran.status == Some(2) && ran.err.contains(message) && ran.err.lines().count() == 1, "{ran:?}");
+    }
+    let free =
+        |more: &[&str]| stand(path, &[&["observer", "simulate", "astatic-identifier-recovered", "--out", "short.csv"][..], more].concat());
+    free(&["--angle", "1e-3"]).succeeded();
+    let ran = stand(path, &["observer", "track", "short.csv", "--omega", "5"]);
+    assert!(ran.status == Some(2) && ran.err.contains("short.csv: 3.000 s are too short: the observer settles in 2.000 s"), "{ran:?}");
+    let ran = free(&["--angle", "0.05", "--force"]);
+    assert!(ran.status == Some(2) && ran.err.contains("leaves the range of the angle sensor"), "{ran:?}");
+}
+
 #[test]
 fn azimuth_is_corrected_for_vibration() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,7 @@
 //! Records of a sensor at rest with known noise: coverage of the coefficients of an Allan analysis.
 //!
-//! Input: seeds. Each record has white noise, flicker noise and random walk of random size, as an inertial sensor has. Output: a [`CoverageTable`] of N, B, K
+//! Input: seeds. The rows are means over their interval, as an integrating gyro gives them: single samples of flicker noise would fold its fast part into N.
+//! Each record has white noise, flicker noise and random walk of random size, as an inertial sensor has. Output: a [`CoverageTable`] of N, B, K
 //! where the record shows them, and of the limits where it does not.
 
 use crate::coverage_table::CoverageTable;
@@ -37,7 +38,8 @@ impl Mixture {
         let white = log_uniform(0.05, 0.5) * DEG_H * 60.0;
         let (flicker, walk) = (log_uniform(1.0, 10.0) * DEG_H, log_uniform(5.0, 100.0) * DEG_H / 60.0);
         let hours = log_uniform(1.0, 3.0);
-        let interval_s = 0.04;
+        // From 0.2 s on the simulated flicker noise has its nominal floor within 2 %.
+        let interval_s = 0.2;
         Self {
             white,
             flicker: if seed % 6 == 4 { 0.0 } else { flicker },
@@ -50,14 +52,19 @@ impl Mixture {
     /// The rates of the record. The first hours of the flicker noise are left out, so that it is stationary.
     pub fn rates(&self, seed: u64) -> Vec<f64> {
         const WARM_S: f64 = 7200.0;
+        // Interval between two values of the simulated flicker noise.
+        const FLICKER_STEP_S: f64 = 0.01;
         let mut white = Noise::new(seed, 51, self.white / self.interval_s.sqrt());
         let mut flicker = SlowNoise::new(seed, 52, self.flicker, 0.0);
         let mut step = Noise::new(seed, 53, self.walk * self.interval_s.sqrt());
         let mut level = 0.0;
+        let parts = (self.interval_s / FLICKER_STEP_S).round();
         (0..self.rows)
             .map(|k| {
                 level += step.draw();
-                white.draw() + flicker.at(WARM_S + k as f64 * self.interval_s) + level
+                let part = |j: f64| (k as f64 + (j + 0.5) / parts) * self.interval_s;
+                let mean = (0..parts as usize).map(|j| flicker.at(WARM_S + part(j as f64))).sum::<f64>() / parts;
+                white.draw() + mean + level
             })
             .collect()
     }

@@ -81,6 +81,13 @@ fn slow_mean(seed: u64, stream: u32, [instability, walk]: [f64; 2], steps: &[&St
     sum / f64::from(count.max(1))
 }
 
+/// Mean of the slow noise over a part of a step; times since power-on, s.
+fn slow_between(seed: u64, stream: u32, [instability, walk]: [f64; 2], from_s: f64, duration_s: f64) -> f64 {
+    let mut noise = SlowNoise::new(seed, stream, instability, walk);
+    let count = (duration_s * 100.0) as u32;
+    (0..count).map(|k| noise.at(from_s + f64::from(k) / 100.0)).sum::<f64>() / f64::from(count.max(1))
+}
+
 type Named = Vec<(String, f64)>;
 
 fn gyro_truth(seed: u64, imu: &ImuSetup, drawn: &[(&'static str, f64)], record: &CalibrationRecord, steps: &[Step]) -> Named {
@@ -117,6 +124,8 @@ fn gyro_truth(seed: u64, imu: &ImuSetup, drawn: &[(&'static str, f64)], record: 
             (cubes, rates) = (cubes + rate.abs().powi(3), rates + rate.abs());
         }
     }
+    // The encoder of the drawn stands has no error within a turn beside its resolution.
+    truth.extend([("encoder_cosine_rad", 0.0), ("encoder_sine_rad", 0.0)]);
     truth.push(("scale_whole_turns", at_rest * (1.0 + c3 * cubes / rates)));
     for q in &findings.quantities {
         match q.meaning {
@@ -126,6 +135,11 @@ fn gyro_truth(seed: u64, imu: &ImuSetup, drawn: &[(&'static str, f64)], record: 
             Some(Meaning::InRunStability { averaging_s, .. }) => {
                 let variance = n_rad_s_rts.powi(2) / averaging_s + floor_2 + k * k * averaging_s / 3.0;
                 truth.push(("in_run_stability_rad_s", variance.sqrt()));
+            }
+            Some(Meaning::WarmUpChange { part_s, rest_s, .. }) => {
+                let begin_s = named("rest").log.notes().number("since_power_on_s").unwrap_or(0.0);
+                let mean = |from_s: f64| slow_between(seed, SLOW_STREAMS[0], [b, k], begin_s + from_s, part_s);
+                truth.push(("warm_up_change_rad_s", mean(0.0) - mean(rest_s - part_s)));
             }
             _ => {}
         }

@@ -23,6 +23,8 @@ pub struct DriftCase {
     pub walk_deg_h_sqrt_h: f64,
     /// Ramp, °/h per minute.
     pub ramp_deg_h_min: f64,
+    /// Standard deviation of the level after each turn, rad.
+    pub level_error_rad: f64,
     /// Cycles in each position at each rate.
     pub cycles: u32,
     /// Four positions instead of two.
@@ -31,17 +33,51 @@ pub struct DriftCase {
 
 impl DriftCase {
     /// The cases of the bench. All have flicker noise, as a real gyroscope.
-    pub const ALL: [Self; 4] = [
-        Self { name: "steady", flicker_deg_h: 0.003, walk_deg_h_sqrt_h: 0.0, ramp_deg_h_min: 0.0, cycles: 4, four_positions: false },
-        Self { name: "walk", flicker_deg_h: 0.003, walk_deg_h_sqrt_h: 0.6, ramp_deg_h_min: 0.0, cycles: 4, four_positions: false },
-        Self { name: "ramp", flicker_deg_h: 0.003, walk_deg_h_sqrt_h: 0.0, ramp_deg_h_min: 0.5, cycles: 4, four_positions: false },
+    pub const ALL: [Self; 5] = [
+        Self {
+            name: "steady",
+            flicker_deg_h: 0.003,
+            walk_deg_h_sqrt_h: 0.0,
+            ramp_deg_h_min: 0.0,
+            level_error_rad: 0.0,
+            cycles: 4,
+            four_positions: false,
+        },
+        Self {
+            name: "walk",
+            flicker_deg_h: 0.003,
+            walk_deg_h_sqrt_h: 0.6,
+            ramp_deg_h_min: 0.0,
+            level_error_rad: 0.0,
+            cycles: 4,
+            four_positions: false,
+        },
+        Self {
+            name: "ramp",
+            flicker_deg_h: 0.003,
+            walk_deg_h_sqrt_h: 0.0,
+            ramp_deg_h_min: 0.5,
+            level_error_rad: 0.0,
+            cycles: 4,
+            four_positions: false,
+        },
         Self {
             name: "walk, four positions",
             flicker_deg_h: 0.003,
             walk_deg_h_sqrt_h: 0.6,
             ramp_deg_h_min: 0.0,
+            level_error_rad: 0.0,
             cycles: 2,
             four_positions: true,
+        },
+        Self {
+            name: "offsets of the visits",
+            flicker_deg_h: 0.003,
+            walk_deg_h_sqrt_h: 0.0,
+            ramp_deg_h_min: 0.0,
+            level_error_rad: 5e-3,
+            cycles: 4,
+            four_positions: false,
         },
     ];
 
@@ -59,7 +95,7 @@ impl DriftCase {
         let azimuth = if self.four_positions { uniform(-170.0, 170.0) } else { uniform(30.0, 150.0) };
         let site = Site { latitude_rad: uniform(30.0, 75.0).to_radians(), azimuth_rad: azimuth.to_radians() };
         let mut gyroscope = SingleAxis::default();
-        (gyroscope.own, gyroscope.site) = (own, site);
+        (gyroscope.own, gyroscope.site, gyroscope.level_error_rad) = (own, site, self.level_error_rad);
         let torquer = &mut gyroscope.torquer;
         (torquer.lag_s, torquer.inequality, torquer.gain_inequality) = (uniform(0.5e-3, 3e-3), uniform(-3e-4, 3e-4), uniform(-5e-3, 5e-3));
         gyroscope
@@ -80,6 +116,7 @@ impl DriftCase {
             rates_rad_s: [0.05_f64, 0.02].map(f64::to_radians).to_vec(),
             positions: turned.iter().map(|half_turns| Orientation { turned_rad: half_turns * PI, ..Orientation::default() }).collect(),
             order: VisitOrder::Abba,
+            rounds: 2,
             turn_by_drive: false,
             keep_rows: false,
         }

@@ -46,6 +46,7 @@ pub fn read(text: &str) -> Result<SingleAxis, String> {
         ("own.flicker_rad_s", gyro.own.flicker_rad_s, 0.0, 1.0),
         ("own.random_walk_rad_s_sqrt_s", gyro.own.random_walk_rad_s_sqrt_s, 0.0, 1.0),
         ("own.ramp_rad_s2", gyro.own.ramp_rad_s2, -1.0, 1.0),
+        ("level_error_rad", gyro.level_error_rad, 0.0, 0.1),
         ("vibration.frequency_Hz", gyro.vibration.frequency_Hz, 0.0, 1e5),
     ];
     for (name, value, least, most) in checks {

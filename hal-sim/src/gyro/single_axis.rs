@@ -27,6 +27,8 @@ pub struct OwnDrift {
     pub ramp_rad_s2: f64,
 }
 
+/// Random stream of the errors of the level.
+const LEVEL_STREAM: u32 = 21;
 /// Random stream of the slow noise.
 const SLOW_STREAM: u32 = 20;
 
@@ -84,6 +86,8 @@ pub struct SingleAxis {
     pub vibration: Vibration,
     /// Error of the first rotation to another orientation, about the vertical, rad.
     pub turn_error_rad: f64,
+    /// Standard deviation of the elevation of the sensitive axis, at the start and after each rotation to another orientation, rad: the offsets of the visits.
+    pub level_error_rad: f64,
     /// Orientation.
     #[serde(rename = "place")]
     pub orientation: Orientation,
@@ -93,6 +97,8 @@ pub struct SingleAxis {
     t_s: f64,
     #[serde(skip, default = "noise")]
     noise: Noise,
+    #[serde(skip, default = "noise")]
+    level_noise: Noise,
     #[serde(skip)]
     slow_noise: Option<SlowNoise>,
 }
@@ -111,10 +117,12 @@ impl Default for SingleAxis {
             sensor: AngleSensor::default(),
             vibration: Vibration::default(),
             turn_error_rad: 0.0,
+            level_error_rad: 0.0,
             orientation: Orientation::default(),
             theta_rad: 0.0,
             t_s: 0.0,
             noise: noise(),
+            level_noise: noise(),
             slow_noise: None,
         }
     }
@@ -123,7 +131,19 @@ impl Default for SingleAxis {
 impl SingleAxis {
     /// The same gyroscope with this seed of its noise.
     pub fn seeded(self, seed: u64) -> Self {
-        Self { noise: Noise::new(seed, 6, 1.0), slow_noise: Some(self.own.slow_noise(seed)), ..self }
+        let mut seeded = Self {
+            noise: Noise::new(seed, 6, 1.0),
+            level_noise: Noise::new(seed, LEVEL_STREAM, 1.0),
+            slow_noise: Some(self.own.slow_noise(seed)),
+            ..self
+        };
+        seeded.orientation.raised_rad += seeded.level_error();
+        seeded
+    }
+
+    /// The next error of the level, rad.
+    fn level_error(&mut self) -> f64 {
+        if self.level_error_rad > 0.0 { self.level_error_rad * self.level_noise.draw() } else { 0.0 }
     }
 
     /// ω_d in its orientation without slow noise and ramp, rad/s.
@@ -160,7 +180,9 @@ impl GyroPort for SingleAxis {
     }
 
     fn set_orientation(&mut self, orientation: Orientation) {
-        self.orientation = Orientation { turned_rad: orientation.turned_rad + std::mem::take(&mut self.turn_error_rad), ..orientation };
+        let raised_rad = orientation.raised_rad + self.level_error();
+        self.orientation =
+            Orientation { turned_rad: orientation.turned_rad + std::mem::take(&mut self.turn_error_rad), raised_rad, ..orientation };
     }
 
     fn limit(&mut self, limit_A: Option<f64>) {

@@ -63,7 +63,7 @@ pub struct Found {
     pub squares: Squares,
     /// Intervals of the squares; `None` if not significant.
     pub intervals: [Option<Intervals>; 5],
-    /// Upper limits (95 %, one-sided) of the squares.
+    /// Upper limits of the squares: upper ends of their 95 % intervals.
     pub below: [f64; 5],
     /// Index of the first point used.
     pub first: usize,
@@ -252,8 +252,8 @@ impl Likelihood<'_> {
                 Intervals { within_68, within_95 }
             })
         });
-        // One-sided 95 %: the two-sided 90 %.
-        let below = std::array::from_fn(|p| self.upper(&best, p, grow * chi_squared_quantile(0.9, 1.0)));
+        // The upper end of the interval of 95 % with two sides: a coefficient is not shown where its estimate is low by chance, too.
+        let below = std::array::from_fn(|p| self.upper(&best, p, grow * chi_squared_quantile(PROBABILITIES[1], 1.0)));
         let fast = self.maximum(SLOW_SQUARES, self.white());
         let slow_noise = fast.is_none_or(|found| found.minus_2_ln - best.minus_2_ln > needed);
         Some(Found { squares: best.squares, intervals, below, first: self.first, misfit, unexplained, slow_noise })

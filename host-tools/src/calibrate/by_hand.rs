@@ -3,10 +3,11 @@
 //!
 //! Input: logs with `gyro_x_rad_s` … `accel_z_m_s2` (any subset) and a CSV table with the columns `file`, `from`, `to` (s), `turn_x_deg`, `turn_y_deg`,
 //! `turn_z_deg` (angle turned about an axis of the unit between two rests, with its sign; 0 or empty for none) and `up` (the axis that points upwards in a step at
-//! rest: `+x` … `-z`). Output: per axis the bias, the scale, and the cross-axis terms.
+//! rest: `+x` … `-z`, or the direction in the axes of the unit, `0.5:0.866:0`, for a dividing head). Output: per axis the bias, the scale, the cross-axis terms,
+//! and for an accelerometer the coefficients of the second and, with inclined positions, of the third order.
 //!
-//! Gyro: ∫ωᵢ dt = Σⱼ Mᵢⱼ Δθⱼ + bᵢ T. Accelerometer: fᵢ = bᵢ + Σⱼ Aᵢⱼ gⱼ + K₂ fᵢ² where there are enough positions; at rest the specific force is g upwards (IEEE Std 1293: K₀
-//! is the bias, K₁ the scale, K₂ the second-order coefficient). The uncertainties of the angle turned and of the level are those of the user's hand.
+//! Gyro: ∫ωᵢ dt = Σⱼ Mᵢⱼ Δθⱼ + bᵢ T. Accelerometer: fᵢ = bᵢ + Σⱼ Aᵢⱼ gⱼ + K₂ fᵢ² + K₃ fᵢ³ where there are enough positions; at rest the specific force is g upwards (IEEE Std 1293: K₀
+//! is the bias, K₁ the scale, K₂ and K₃ the coefficients of the second and third order). The uncertainties of the angle turned and of the level are those of the user's hand.
 
 use super::{Basis, Contribution, Meaning, Quantity};
 use crate::log::{Log, LogError};
@@ -17,6 +18,11 @@ use std::path::{Path, PathBuf};
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// Columns of the gyro and of the accelerometer.
 pub const COLUMNS: [&str; 6] = ["gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_s", "accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2"];
+
+/// Component of the upward direction along an axis from which a position counts as upright, and below which as across.
+const MIN_COMPONENT: f64 = 0.7;
+/// Components that differ by less are one.
+const DISTINCT_COMPONENTS: f64 = 0.05;
 
 /// What the user knows beside the table.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
@@ -78,6 +84,12 @@ struct Step {
 }
 
 fn direction(text: &str) -> Option<[f64; 3]> {
+    if text.contains(':') {
+        let numbers: Vec<f64> = text.split(':').map(|number| number.trim().parse::<f64>()).collect::<Result<_, _>>().ok()?;
+        let up: [f64; 3] = numbers.try_into().ok()?;
+        let length = up.iter().map(|part| part * part).sum::<f64>().sqrt();
+        return (length.is_finite() && length > 0.0).then(|| up.map(|part| part / length));
+    }
     let (sign, axis) = match text.split_at_checked(1)? {
         ("+", axis) => (1.0, axis),
         ("-" | "−", axis) => (-1.0, axis),
@@ -118,10 +130,13 @@ fn read(table: &Path, logs: &Path) -> Result<Vec<Step>, ByHandError> {
         if rows.len() < 2 {
             return Err(error(format!("{name} has fewer than two rows from {from_s} to {to_s} s")));
         }
-        let direction = match up.map(cell).filter(|text| !text.is_empty()) {
-            Some(text) => Some(direction(text).ok_or_else(|| error(format!("up: `{text}` is none of +x, -x, +y, -y, +z, -z")))?),
-            None => None,
-        };
+        let direction =
+            match up.map(cell).filter(|text| !text.is_empty()) {
+                Some(text) => Some(direction(text).ok_or_else(|| {
+                    error(format!("up: `{text}` is none of +x, -x, +y, -y, +z, -z, and no direction such as 0.5:0.866:0"))
+                })?),
+                None => None,
+            };
         let mut turned_rad = [0.0; 3];
         for (turned, at) in turned_rad.iter_mut().zip(turns) {
             *turned = optional(at)?.to_radians();
@@ -210,27 +225,35 @@ fn earth() -> Contribution {
 
 fn accelerometer_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quantities: &mut Vec<Quantity>) {
     let used: Vec<(&Step, [f64; 3])> = steps.iter().filter(|s| s.values[3 + axis].is_finite()).filter_map(|s| Some((s, s.up?))).collect();
-    let has = |sign: f64| used.iter().any(|(_, up)| up[axis] == sign);
+    let has = |sign: f64| used.iter().any(|(_, up)| sign * up[axis] > MIN_COMPONENT);
     if !(has(1.0) && has(-1.0)) {
         return;
     }
     let others: Vec<usize> = (0..3).filter(|k| *k != axis && used.iter().any(|(_, up)| up[*k] != 0.0)).collect();
     let g = known.gravity_m_s2;
-    let has_rest_across = used.iter().any(|(_, up)| up[axis] == 0.0);
+    let mut components: Vec<f64> = used.iter().map(|(_, up)| up[axis]).collect();
+    components.sort_by(f64::total_cmp);
+    components.dedup_by(|a, b| (*a - *b).abs() < DISTINCT_COMPONENTS);
+    let has_square = components.iter().any(|component| component.abs() < MIN_COMPONENT);
+    // A cubic needs four components of gravity.
+    let has_cube = has_square && components.len() >= 4;
     let row = |up: &[f64; 3]| {
         let mut row = vec![1.0, g * up[axis]];
         row.extend(others.iter().map(|k| g * up[*k]));
-        if has_rest_across {
-            row.push(g * g * up[axis] * up[axis]);
-        }
+        let force = g * up[axis];
+        row.extend([(has_square, force.powi(2)), (has_cube, force.powi(3))].into_iter().filter(|(has, _)| *has).map(|(_, power)| power));
         row
     };
     let means: Vec<f64> = used.iter().map(|(s, _)| s.values[3 + axis]).collect();
-    let with_square: Vec<Vec<f64>> = used.iter().map(|(_, up)| row(up)).collect();
-    let without = || -> Vec<Vec<f64>> { with_square.iter().map(|r| r[..2 + others.len()].to_vec()).collect() };
-    // K₂ needs more positions than coefficients.
-    let fit = least_squares(&with_square, &means).filter(|fit| fit.dof >= 1.0).or_else(|| least_squares(&without(), &means));
-    let Some(fit) = fit else { return };
+    let rows: Vec<Vec<f64>> = used.iter().map(|(_, up)| row(up)).collect();
+    // More positions than coefficients are needed; without them the highest powers are left out.
+    let linear = 2 + others.len();
+    let fitted = (linear..=rows[0].len()).rev().find_map(|columns| {
+        let rows: Vec<Vec<f64>> = rows.iter().map(|row| row[..columns].to_vec()).collect();
+        let fit = least_squares(&rows, &means).filter(|fit| fit.dof >= 1.0 || columns == linear)?;
+        Some((fit, rows))
+    });
+    let Some((fit, rows)) = fitted else { return };
     let noise = |k: usize| Contribution::type_a("noise and repeatability", fit.sigma(k), fit.dof, Basis::Positions { count: used.len() });
     let name = AXES[axis];
     let level_rad = known.level_deg.to_radians();
@@ -251,11 +274,32 @@ fn accelerometer_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quan
         g * fit.coefficients[1],
         Basis::TiltHalfWidth { half_width_deg: known.level_deg },
     );
-    quantities.push(
-        Quantity::new(&format!("accel_{name}_bias_m_s2"), "m/s²", fit.coefficients[0], vec![noise(0), tilt]).meaning(Meaning::TumbleK0),
-    );
-    quantities
-        .push(Quantity::new(&format!("accel_{name}_scale"), "1", fit.coefficients[1], vec![noise(1), cosine]).meaning(Meaning::TumbleK1));
+    // In an inclined position an error of its angle acts in the first order; each position has its own.
+    let is_inclined = used.iter().any(|(_, up)| up.iter().any(|part| *part != 0.0 && part.abs() != 1.0));
+    let by_position: Vec<Vec<f64>> = (0..rows.len())
+        .filter_map(|k| {
+            let mut output = vec![0.0; rows.len()];
+            output[k] = fit.coefficients[1] * g * (1.0 - used[k].1[axis].powi(2)).max(0.0).sqrt();
+            least_squares(&rows, &output).map(|fit| fit.coefficients)
+        })
+        .collect();
+    let of_angles = |k: usize, unit: &str| {
+        let sensitivity = by_position.iter().map(|change| change[k] * change[k]).sum::<f64>().sqrt();
+        Contribution::rectangular(
+            "angles of the positions",
+            level_rad,
+            unit,
+            sensitivity,
+            Basis::TiltHalfWidth { half_width_deg: known.level_deg },
+        )
+    };
+    let (of_bias, of_scale) =
+        if is_inclined { (vec![of_angles(0, "rad")], vec![cosine, of_angles(1, "rad")]) } else { (vec![tilt], vec![cosine]) };
+    let with_noise = |k: usize, more: Vec<Contribution>| std::iter::once(noise(k)).chain(more).collect::<Vec<_>>();
+    let bias = Quantity::new(&format!("accel_{name}_bias_m_s2"), "m/s²", fit.coefficients[0], with_noise(0, of_bias));
+    quantities.push(bias.meaning(Meaning::TumbleK0));
+    let scale = Quantity::new(&format!("accel_{name}_scale"), "1", fit.coefficients[1], with_noise(1, of_scale));
+    quantities.push(scale.meaning(Meaning::TumbleK1));
     for (k, other) in others.iter().enumerate() {
         let q = Quantity::new(
             &format!("accel_{name}_by_{}", AXES[*other]),
@@ -265,18 +309,59 @@ fn accelerometer_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quan
         );
         quantities.push(q.meaning(Meaning::HandCrossAxis));
     }
-    if fit.coefficients.len() > 2 + others.len() {
-        let k = 2 + others.len();
+    if fit.coefficients.len() > linear {
         let tilt = Contribution::rectangular("level", level_rad / g, "s²/m", 1.0, Basis::TiltHalfWidth { half_width_deg: known.level_deg });
-        quantities.push(
-            Quantity::new(&format!("accel_{name}_k2_s2_m"), "s²/m", fit.coefficients[k], vec![noise(k), tilt]).meaning(Meaning::TumbleK2),
-        );
+        let tilt = if is_inclined { of_angles(linear, "rad") } else { tilt };
+        let k2 = Quantity::new(&format!("accel_{name}_k2_s2_m"), "s²/m", fit.coefficients[linear], with_noise(linear, vec![tilt]));
+        quantities.push(k2.meaning(Meaning::TumbleK2));
+    }
+    if fit.coefficients.len() > linear + 1 {
+        let k = linear + 1;
+        let k3 = Quantity::new(&format!("accel_{name}_k3_s4_m2"), "s⁴/m²", fit.coefficients[k], with_noise(k, vec![of_angles(k, "rad")]));
+        quantities.push(k3.meaning(Meaning::TumbleK3));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hal_sim::peripherals::Noise;
+
+    /// A tumble in steps of 30° about z on a dividing head, whose angles are off within the stated half-width: bias, scale, K₂ and K₃ of x are covered. Six upright
+    /// positions give no K₃.
+    #[test]
+    fn a_tumble_on_a_dividing_head_gives_the_third_order() {
+        let truth = [("accel_x_bias_m_s2", 0.02), ("accel_x_scale", 1.003), ("accel_x_k2_s2_m", 3e-5), ("accel_x_k3_s4_m2", -4e-6)];
+        let known = HandAssumptions { level_deg: 0.002, ..HandAssumptions::default() };
+        let mut covered = 0;
+        for seed in 0..30 {
+            let folder = tempfile::tempdir().unwrap();
+            let (mut head, mut noise) = (Noise::new(seed, 1, 1.0), Noise::new(seed, 2, 1e-4));
+            let mut csv = "t_s,accel_x_m_s2\n".to_owned();
+            let mut table = "file,from,to,up\n".to_owned();
+            for k in 0..24 {
+                let angle_rad = f64::from(k % 12) * 30_f64.to_radians();
+                let force = 9.806_65 * (angle_rad + head.uniform(known.level_deg.to_radians())).cos();
+                let output = truth[0].1 + truth[1].1 * force + truth[2].1 * force.powi(2) + truth[3].1 * force.powi(3) + noise.draw();
+                for row in 0..3 {
+                    csv += &format!("{},{output:.9}\n", f64::from(10 * k + row) * 0.1);
+                }
+                table += &format!("log.csv,{},{},{:.9}:{:.9}:0\n", f64::from(k), f64::from(k) + 0.2, angle_rad.cos(), angle_rad.sin());
+            }
+            std::fs::write(folder.path().join("log.csv"), csv).unwrap();
+            let path = folder.path().join("table.csv");
+            std::fs::write(&path, table).unwrap();
+            let found = calibrate(&path, folder.path(), &known).unwrap();
+            for (name, truth) in truth {
+                let quantity = found.iter().find(|quantity| quantity.name == name).unwrap_or_else(|| panic!("{name}"));
+                covered += u32::from(quantity.covers(truth));
+                assert!(name != "accel_x_k3_s4_m2" || quantity.expanded_u() < 1.5e-6, "{quantity:?}");
+            }
+        }
+        // 95 % of 120 less three standard errors.
+        assert!(covered >= 107, "{covered}");
+        assert!(direction("0:0:0").is_none() && direction("1:2").is_none() && direction("3:0:4") == Some([0.6, 0.0, 0.8]));
+    }
 
     /// Six positions twice and two turns of ± 360° about each axis, with known errors and small noise.
     #[test]

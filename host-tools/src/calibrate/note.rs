@@ -79,6 +79,11 @@ pub enum Basis {
     },
     /// Steps of the time stamp of the device under test.
     TimeStampStep,
+    /// Error of the encoder within a turn, in plateaus of less than one turn.
+    EncoderWithinTurn {
+        /// Greatest amplitude, rad.
+        amplitude_rad: f64,
+    },
     /// Quantisation of the encoder at both ends of a plateau.
     EncoderQuantisation,
     /// Scatter of means over windows of this length.
@@ -187,6 +192,17 @@ pub enum Meaning {
         /// Greatest rate of the runs, rad/s.
         greatest_rad_s: f64,
     },
+    /// Coefficient of the first harmonic of the encoder's error.
+    EncoderEccentricity,
+    /// Mean output at the beginning minus at the end of a log at rest.
+    WarmUpChange {
+        /// Duration of each mean, s.
+        part_s: f64,
+        /// Duration of the log, s.
+        rest_s: f64,
+        /// Time from power-on to the beginning of the log, s, where it is known.
+        since_power_on_s: Option<f64>,
+    },
     /// Smallest Allan deviation at rest.
     InRunStability {
         /// Averaging time at which it is smallest, s.
@@ -254,6 +270,8 @@ pub enum Meaning {
     TumbleK1,
     /// K₂ of an accelerometer, by positions at rest.
     TumbleK2,
+    /// Output per cube of the specific force.
+    TumbleK3,
     /// Angle from outward to the sensor's x axis.
     MountingAngle,
     /// Bias with the gravity of a tilted stand removed by the angle.

@@ -49,7 +49,7 @@ enum SignSequence {
 enum OrderOption {
     /// All positions, then all in reverse (A B B A): a linear trend of the drift cancels
     Abba,
-    /// Each position once
+    /// All positions in their order
     Once,
 }
 
@@ -68,7 +68,7 @@ pub(super) struct Run {
     /// Serial port of the stand; without it the simulated stand, in virtual time
     #[arg(long, value_name = "P")]
     port: Option<PathBuf>,
-    /// Cycles in each position at each rate; in the order abba they are divided between two visits, with at least one in each
+    /// Cycles in each position at each rate; they are divided between the visits to it, with at least one in each
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     cycles: u32,
     /// Duration of one pulse, s; a cycle has two pulses
@@ -98,6 +98,10 @@ pub(super) struct Run {
     /// Order of the visits to the positions
     #[arg(long, value_enum, default_value_t = OrderOption::Abba)]
     order: OrderOption,
+    /// Number of times that the order is run. From two on the offsets of the visits (turn, level) are measured and are in the uncertainty [default: 2 for abba, 1
+    /// for once]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=20))]
+    rounds: Option<u32>,
     /// What turns the gyroscope between positions
     #[arg(long, value_enum, default_value_t = TurnBy::Hand)]
     turn: TurnBy,
@@ -203,6 +207,10 @@ impl Run {
                 OrderOption::Abba => VisitOrder::Abba,
                 OrderOption::Once => VisitOrder::Once,
             },
+            rounds: self.rounds.unwrap_or(match self.order {
+                OrderOption::Abba => 2,
+                OrderOption::Once => 1,
+            }),
             turn_by_drive: self.turn == TurnBy::Drive,
             keep_rows: self.out.is_some(),
         })

@@ -7,7 +7,8 @@ use chip_sim::board::Board;
 use chip_sim::machine::Machine;
 use clap::Args;
 use embassy_futures::block_on;
-use hal_sim::plant::{Plant, Stand};
+use hal_sim::element::BaseVibration;
+use hal_sim::plant::{self, Stand};
 use hal_sim::session::SessionRequest;
 use stand_firmware::telemetry::Channels;
 
@@ -23,7 +24,11 @@ use crate::acquire::hidden::HiddenEffect;
 use crate::acquire::profile_recording::{ProfileRecordingRequest, early_end, record_profile};
 use crate::acquire::recording::RecordingEnd;
 use crate::acquire::simulation::{LogSummary, SimulationError, simulate_to_file};
+use crate::acquire::three_axis_simulation::{self, Platform, PlatformSimulationError};
+use crate::acquire::vibration_simulation::{VibrationSimulation, VibrationSimulationError};
 use crate::log::{Note, Notes};
+use crate::observer::vibration::predicted_rad;
+use crate::observer::{Element, Plant};
 use crate::report::simulation as report;
 
 /// Simulate the stand with its firmware and write a log, or serve it as a serial port.
@@ -47,9 +52,19 @@ pub(super) struct Sim {
     /// File with the flash contents of the served stand; read at the start, written at the end
     #[arg(long, value_name = "FILE", requires = "serve", conflicts_with = "out")]
     flash: Option<PathBuf>,
-    /// Connect a simulated gyroscope to the torquer and angle sensor of the served stand; parameters from a TOML file, default 1.5 °/h drift at 70° north
-    #[arg(long, value_name = "FILE", requires = "serve", conflicts_with = "out", num_args = 0..=1)]
+    /// Connect a simulated gyroscope to the torquer and angle sensor of the served stand; parameters from a TOML file, default 1.5 °/h drift at 70° north.
+    /// With --vibration: the sensitive element, a preset or a .toml file with [four_state], default rate-observer. With --axes 3: the platform, a .toml file
+    /// with [site], [own], [sensor] and three [[torquer]]
+    #[arg(long, value_name = "FILE", num_args = 0..=1)]
     gyro: Option<Option<PathBuf>>,
+    /// Write a log of the gyroscope's sensitive element on a vibrating base instead: amplitude in g, frequency, direction from the rotor's axis, and phase of the
+    /// part across it
+    #[arg(long, value_name = "G,HZ[,DEG[,DEG]]", requires_all = ["gyro", "out"], conflicts_with_all = ["serve", "profile", "mode", "amplitude", "hidden", "stand"])]
+    vibration: Option<BaseVibrationOption>,
+    /// Write the log of a drift session of a three-axis platform instead, for `stand drift compute`: two positions in the order A B B A, twice, pulses on all axes
+    /// at once. The only number is 3
+    #[arg(long, value_name = "3", value_parser = clap::value_parser!(u8).range(3..=3), requires_all = ["gyro", "out"], conflicts_with_all = ["serve", "profile", "mode", "amplitude", "hidden", "stand", "seconds", "vibration"])]
+    axes: Option<u8>,
     #[command(flatten)]
     profile: ProfileOptions,
     /// Duration of the log, s [default: 30]; of a served stand: time until it ends [default: until Ctrl-C]
@@ -76,6 +91,60 @@ pub(super) struct Sim {
     json: JsonOutput,
 }
 
+/// Sensitive element without a file.
+const DEFAULT_ELEMENT: &str = "rate-observer";
+/// Ranges of the option `--vibration`: amplitude, g, and frequency, Hz, ten rows of a period at most.
+const VIBRATION_G: (f64, f64) = (1e-9, 0.1);
+const VIBRATION_HZ: (f64, f64) = (0.01, 100.0);
+/// Direction of the vibration without a third number, degrees.
+const VIBRATION_DIRECTION_DEG: f64 = 45.0;
+
+/// Vibration of the base, from the command line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct BaseVibrationOption(BaseVibration);
+
+impl std::str::FromStr for BaseVibrationOption {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |field: &str| field.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+        let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+        let numbers = numbers
+            .filter(|numbers| (2..=4).contains(&numbers.len()))
+            .ok_or("must be two to four numbers, for example 1e-3,2 or 1e-3,2,45,0")?;
+        let within = |name: &str, value: f64, (least, most): (f64, f64)| {
+            let is_valid = (least..=most).contains(&value);
+            is_valid.then_some(value).ok_or_else(|| format!("{name} {value} is out of range: {least} to {most}"))
+        };
+        let angle = |k: usize, default: f64| numbers.get(k).copied().unwrap_or(default).to_radians();
+        Ok(Self(BaseVibration {
+            overload_g: within("amplitude in g", numbers[0], VIBRATION_G)?,
+            rate_rad_s: std::f64::consts::TAU * within("frequency in Hz", numbers[1], VIBRATION_HZ)?,
+            direction_rad: angle(2, VIBRATION_DIRECTION_DEG),
+            phase_rad: angle(3, 0.0),
+        }))
+    }
+}
+
+impl From<VibrationSimulationError> for CliError {
+    fn from(error: VibrationSimulationError) -> Self {
+        match error {
+            VibrationSimulationError::OutOfRange { .. } => CliError::Input(format!("--vibration: {error}")),
+            VibrationSimulationError::Interrupted => CliError::Other(error.to_string()),
+            VibrationSimulationError::Log(error) => error.into(),
+        }
+    }
+}
+
+impl From<PlatformSimulationError> for CliError {
+    fn from(error: PlatformSimulationError) -> Self {
+        match error {
+            PlatformSimulationError::Interrupted => CliError::Other(error.to_string()),
+            PlatformSimulationError::Log(error) => error.into(),
+        }
+    }
+}
+
 /// Default duration of a log, s.
 const DEFAULT_SECONDS: f64 = 30.0;
 /// Time from the emulated chip's power-on to the first command, s.
@@ -94,6 +163,17 @@ impl From<SimulationError> for CliError {
 impl Sim {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.json.check()?;
+        if let (Some(out), Some(vibration)) = (&self.out, self.vibration) {
+            return self.simulate_vibration(out, vibration);
+        }
+        if let (Some(out), Some(_)) = (&self.out, self.axes) {
+            return self.simulate_platform(out);
+        }
+        if self.gyro.is_some() && self.serve.is_none() {
+            let words =
+                "--gyro: give --serve, or --vibration for a log on a vibrating base, or --axes 3 for a log of a three-axis platform";
+            return Err(CliError::Input(words.to_owned()));
+        }
         let Some(out) = &self.out else {
             return serve(ServeOptions {
                 interface: self.serve.unwrap_or(ServedInterface::Pty),
@@ -151,6 +231,56 @@ impl Sim {
         }
     }
 
+    /// Writes a log of a sensitive element on a vibrating base.
+    fn simulate_vibration(&self, out: &Path, option: BaseVibrationOption) -> Result<(), CliError> {
+        self.overwrite.check(out)?;
+        let seconds = self.seconds.unwrap_or(DEFAULT_SECONDS);
+        check_recorded_seconds(seconds)?;
+        let name = match &self.gyro {
+            Some(Some(file)) => file.to_str().ok_or_else(|| CliError::Input(format!("--gyro: {} is not UTF-8", file.display())))?,
+            _ => DEFAULT_ELEMENT,
+        };
+        let Element::Four(element) = Plant::named(name)?.element else {
+            return Err(CliError::Input(format!("--gyro {name}: a log under vibration needs an element with four states ([four_state])")));
+        };
+        let BaseVibrationOption(vibration) = option;
+        let part_rad = predicted_rad(&element, &vibration);
+        let simulation = VibrationSimulation { element, vibration, start_rad: part_rad, seconds, seed: self.seed };
+        let interrupts = Interrupts::install()?;
+        let bar = progress_bar((seconds * 1e3) as u64, "simulating {wide_bar} {percent} %, {eta} left");
+        let log = simulation.write(out, |t_s| {
+            bar.set_position((t_s * 1e3) as u64);
+            !interrupts.any()
+        });
+        bar.finish_and_clear();
+        let log = LogSummary::from(&log?);
+        self.json.text(&format!("{}{}", report::text(&log, None, false), report::vibration_text(part_rad)))?;
+        self.json.json(|| report::json(&log, None, false))
+    }
+
+    /// Writes the log of a drift session of a three-axis platform.
+    fn simulate_platform(&self, out: &Path) -> Result<(), CliError> {
+        self.overwrite.check(out)?;
+        let platform = match &self.gyro {
+            Some(Some(file)) => {
+                let text = std::fs::read_to_string(file).map_err(|e| CliError::file(file, "read", &e))?;
+                Platform::read(&text).map_err(|e| CliError::in_file(file, e))?
+            }
+            _ => Platform::default(),
+        };
+        let interrupts = Interrupts::install()?;
+        let bar = progress_bar((three_axis_simulation::duration_s() * 1e3) as u64, "simulating {wide_bar} {percent} %, {eta} left");
+        let written = three_axis_simulation::write(&platform, self.seed, out, |t_s| {
+            bar.set_position((t_s * 1e3) as u64);
+            !interrupts.any()
+        });
+        bar.finish_and_clear();
+        let (log, truth) = written?;
+        let log = LogSummary::from(&log);
+        self.json.text(&format!("{}{}", report::text(&log, None, false), report::platform_text(&truth)))?;
+        self.json.json(|| report::platform_json(&log, &truth))
+    }
+
     /// Records a profile on the emulated chip, in virtual time.
     fn record_chip(
         &self,
@@ -161,7 +291,7 @@ impl Sim {
     ) -> Result<(), CliError> {
         check_recorded_seconds(request.seconds)?;
         let image = read_image(image)?;
-        let plant = Plant::new(stand, 0.0)?;
+        let plant = plant::Plant::new(stand, 0.0)?;
         let board = Board::new(&stand.setup(), Box::new(plant), stand.drive.motor_constant_N_m_A, self.seed);
         let mut machine = Machine::new(&image, board);
         let mut monitor = ProgressMonitor::new(request.seconds)?;

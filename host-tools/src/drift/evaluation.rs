@@ -263,6 +263,10 @@ impl Measurement {
             let visits = movement.visit_sigma_rad_s.filter(|_| movement.log10_p_visits.is_some_and(|p| p < LOG10_SIGNIFICANCE));
             warnings.extend(visits.map(|sigma_rad_s| DriftWarning::Visits { axis, sigma_rad_s }));
         }
+        let contrasts = found.movement.iter().map(|movement| movement.free_visits).min().unwrap_or(0);
+        if contrasts < 2 {
+            warnings.push(DriftWarning::FewVisits { contrasts });
+        }
         if found.inequality.is_empty() {
             warnings.push(DriftWarning::OneAmplitude { asymmetry_bound: self.uncertainties.torquer_asymmetry });
         }
@@ -329,6 +333,7 @@ fn movement(fit: &SessionFit) -> Movement {
         walk_rad_s_sqrt_s: fit.walk_rad_s_sqrt_s(),
         log10_p_visits: fit.visits().map(|visits| visits.log10_p),
         visit_sigma_rad_s: fit.visits().map(|visits| visits.sigma_rad_s),
+        free_visits: fit.free_visits(),
     }
 }
 

@@ -41,6 +41,11 @@ pub enum DriftWarning {
         /// Standard deviation of a visit, rad/s.
         sigma_rad_s: f64,
     },
+    /// Offsets of the visits are measured badly or not at all.
+    FewVisits {
+        /// Contrasts between the visits that the other columns leave free: 0 or 1.
+        contrasts: usize,
+    },
     /// Pulses of one amplitude do not show an asymmetry of the torquer; its bound is in the budget.
     OneAmplitude {
         /// Bound, relative.
@@ -206,6 +211,8 @@ pub struct Movement {
     pub log10_p_visits: Option<f64>,
     /// Standard deviation of a visit beyond the scatter of its cycles, rad/s.
     pub visit_sigma_rad_s: Option<f64>,
+    /// Contrasts between the visits from which their scatter is estimated.
+    pub free_visits: usize,
 }
 
 impl SeparatedDrift {

@@ -2,7 +2,7 @@
 //!
 //! Input: the element's parameters ([`Plant`]: a preset or a TOML file), the poles, the kind of observer. Output: continuous and exact discrete
 //! gains ([`Design`]), estimation errors ([`Simulated`]), frequency response ([`Bode`]), warnings ([`Warning`]), and the azimuth error
-//! under vibration ([`vibration`]). Gains are computed with 77 digits and rounded once. The firmware's own code rejects what the firmware would refuse.
+//! under vibration ([`vibration`]), estimates over a recorded log ([`recorded`]). Gains are computed with 77 digits and rounded once. The firmware's own code rejects what the firmware would refuse.
 
 pub mod bode;
 mod closed_loop;
@@ -13,6 +13,7 @@ mod exact;
 pub mod moment;
 mod plant;
 mod poles;
+pub mod recorded;
 mod request;
 mod response;
 pub mod serial_stand;

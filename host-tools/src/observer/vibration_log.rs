@@ -86,11 +86,7 @@ impl<'a> VibrationLog<'a> {
         let missing = |column| VibrationLogError::NoColumn { log: name(), column };
         let alpha_rad = azimuth(log, angle_gain_V_rad)?;
         let gamma_rad = column(log, "gamma_rad").ok_or_else(|| missing("gamma_rad"))?;
-        let t_s = column(log, "t_s").ok_or_else(|| missing("t_s"))?;
-        let step_s = (t_s[t_s.len() - 1] - t_s[0]) / (t_s.len().max(2) - 1) as f64;
-        if let Some(k) = t_s.windows(2).position(|w| ((w[1] - w[0]) / step_s - 1.0).abs() > MAX_INTERVAL_DEVIATION) {
-            return Err(VibrationLogError::Uneven { log: name(), row: k + 2 });
-        }
+        let step_s = step_s(log)?;
         let exact = column(log, "alpha_rate_rad_s").zip(column(log, "beta_rate_rad_s"));
         Ok(Self { name: name(), step_s, alpha_rad, gamma_rad, exact })
     }
@@ -130,6 +126,35 @@ impl<'a> VibrationLog<'a> {
     }
 }
 
+/// The interval of evenly spaced rows, s.
+pub(super) fn step_s(log: &Log) -> Result<f64, VibrationLogError> {
+    let name = || log.path().display().to_string();
+    let t_s = column(log, "t_s").ok_or_else(|| VibrationLogError::NoColumn { log: name(), column: "t_s" })?;
+    let step_s = (t_s[t_s.len() - 1] - t_s[0]) / (t_s.len().max(2) - 1) as f64;
+    match t_s.windows(2).position(|w| ((w[1] - w[0]) / step_s - 1.0).abs() > MAX_INTERVAL_DEVIATION) {
+        Some(k) => Err(VibrationLogError::Uneven { log: name(), row: k + 2 }),
+        None => Ok(step_s),
+    }
+}
+
+/// The angle, rad, by angle_sensor_V where the log has it, and whether it has; else by alpha_rad.
+pub(super) fn measured_angle(log: &Log, angle_gain_V_rad: Option<f64>) -> Result<(Vec<f64>, bool), VibrationLogError> {
+    match column(log, "angle_sensor_V") {
+        Some(volts) => Ok((in_rad(log, volts, angle_gain_V_rad)?, true)),
+        None => Ok((azimuth(log, angle_gain_V_rad)?, false)),
+    }
+}
+
+/// Voltages over the gain of the angle sensor.
+fn in_rad(log: &Log, volts: &[f64], angle_gain_V_rad: Option<f64>) -> Result<Vec<f64>, VibrationLogError> {
+    let noted = log.notes().number("angle_gain_V_rad");
+    let gain: f64 = angle_gain_V_rad.or(noted).ok_or_else(|| VibrationLogError::NoGain { log: log.path().display().to_string() })?;
+    if !(gain.is_finite() && gain != 0.0) {
+        return Err(VibrationLogError::Gain(gain));
+    }
+    Ok(volts.iter().map(|volts| volts / gain).collect())
+}
+
 /// The azimuth, rad.
 fn azimuth(log: &Log, angle_gain_V_rad: Option<f64>) -> Result<Vec<f64>, VibrationLogError> {
     if let Some(alpha) = column(log, "alpha_rad") {
@@ -138,14 +163,9 @@ fn azimuth(log: &Log, angle_gain_V_rad: Option<f64>) -> Result<Vec<f64>, Vibrati
     let name = || log.path().display().to_string();
     let volts =
         column(log, "angle_sensor_V").ok_or_else(|| VibrationLogError::NoColumn { log: name(), column: "alpha_rad or angle_sensor_V" })?;
-    let noted = log.notes().number("angle_gain_V_rad");
-    let gain: f64 = angle_gain_V_rad.or(noted).ok_or_else(|| VibrationLogError::NoGain { log: name() })?;
-    if !(gain.is_finite() && gain != 0.0) {
-        return Err(VibrationLogError::Gain(gain));
-    }
-    Ok(volts.iter().map(|volts| volts / gain).collect())
+    in_rad(log, volts, angle_gain_V_rad)
 }
 
-fn column<'a>(log: &'a Log, name: &str) -> Option<&'a [f64]> {
+pub(super) fn column<'a>(log: &'a Log, name: &str) -> Option<&'a [f64]> {
     log.columns().iter().find(|column| column.name == name).map(|column| column.values.as_slice())
 }

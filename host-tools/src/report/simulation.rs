@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use hal_sim::gyro::DEG_H;
 use serde::Serialize;
 use serde_json::Value;
 
 use super::json::{Entries, value};
-use super::plain;
+use super::{plain, significant};
 use crate::acquire::hidden::HiddenEffect;
 use crate::acquire::simulation::LogSummary;
+use crate::acquire::three_axis_simulation::PlatformTruth;
 
 /// Summary of the log; `hidden`: the effect added to the stand, disclosed where `reveal` is set.
 pub fn text(log: &LogSummary, hidden: Option<&HiddenEffect>, reveal: bool) -> String {
@@ -35,6 +37,34 @@ pub fn text(log: &LogSummary, hidden: Option<&HiddenEffect>, reveal: bool) -> St
         (None, false) => {}
     }
     text
+}
+
+/// Expected azimuth error of a log under vibration, by linear theory.
+pub fn vibration_text(part_rad: f64) -> String {
+    format!(
+        "mean azimuth by the vibration (linear theory) {} rad; the true azimuth is 0 over a whole precession\n",
+        significant(part_rad, 4)
+    )
+}
+
+/// True values of a session of a three-axis platform.
+pub fn platform_text(truth: &PlatformTruth) -> String {
+    let rates = |rates: [f64; 3]| rates.map(|rate| significant(rate / DEG_H, 5)).join(", ");
+    format!(
+        "true own drift about x, y, z (mean over the cycles) {} °/h\ntrue apparent drift in the first position {} °/h, azimuth {}°\n",
+        rates(truth.own_rad_s),
+        rates(truth.apparent_rad_s),
+        plain(truth.azimuth_rad.to_degrees(), 6)
+    )
+}
+
+/// Summary of the log of a three-axis platform as JSON, with the true values.
+pub fn platform_json(log: &LogSummary, truth: &PlatformTruth) -> Value {
+    let mut summary = json(log, None, false);
+    if let Some(entries) = summary.as_object_mut() {
+        entries.insert("truth".to_owned(), value(truth));
+    }
+    summary
 }
 
 #[derive(Serialize)]

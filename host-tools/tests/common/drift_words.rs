@@ -10,7 +10,7 @@ fn json(folder: &Path, words: &[&str]) -> Value {
 
 /// A short measurement on the simulated stand.
 fn run(folder: &Path, more: &[&str]) -> Value {
-    let short = ["drift", "run", "--pulse", "0.5", "--rest", "1", "--cycles", "2", "--json", "-"];
+    let short = ["drift", "run", "--pulse", "0.5", "--rest", "1", "--cycles", "2", "--rounds", "1", "--json", "-"];
     // A repeated word overrides.
     let kept: Vec<&str> =
         short[..2].iter().copied().chain(short[2..].chunks(2).filter(|pair| !more.contains(&pair[0])).flatten().copied()).collect();
@@ -131,12 +131,21 @@ pub const WORDS: &[(&str, super::Check)] = &[
     }),
     ("drift run --order", |f| {
         let turned = |order: &str| {
-            let found = run(f, &["--order", order]);
+            let found = run(f, &["--order", order, "--rounds", "1"]);
             let cycles = found["cycles"].as_array().unwrap().clone();
             cycles.iter().map(|cycle| cycle["turned_deg"].as_f64().unwrap()).collect::<Vec<_>>()
         };
         assert_eq!(turned("abba"), [0.0, 0.0, 180.0, 180.0, 180.0, 180.0, 0.0, 0.0]);
         assert_eq!(turned("once"), [0.0, 0.0, 0.0, 0.0, 180.0, 180.0, 180.0, 180.0]);
+    }),
+    ("drift run --rounds", |f| {
+        let contrasts = |rounds: &str| run(f, &["--rounds", rounds])["movement"][0]["visit_contrasts"].clone();
+        assert_eq!((contrasts("1"), contrasts("3")), (1.into(), 5.into()));
+    }),
+    ("sim --axes", |f| {
+        stand(f, &["sim", "--gyro", "--axes", "3", "--out", "platform.csv", "--force"]).succeeded();
+        let text = std::fs::read_to_string(f.join("platform.csv")).unwrap();
+        assert!(text.lines().any(|line| line.starts_with("t_s,") && line.contains("torquer_z_A")));
     }),
     ("drift run --units", |f| {
         let text = stand(f, &["drift", "run", "--pulse", "0.5", "--rest", "1", "--cycles", "2", "--units", "rad/s"]).succeeded().out;
@@ -162,7 +171,8 @@ pub const WORDS: &[(&str, super::Check)] = &[
         assert_eq!(super::served::send_lines(f, &usual.port, "DRIFt:STATe?\n").status, Some(0));
         drop(usual);
         let one = super::served::Served::new(f, &["--gyro", "gyro.toml"]);
-        let short = ["--cycles", "2", "--pulse", "0.5", "--rest", "1", "--latitude", "70", "--turn", "drive", "--json", "-"];
+        let short =
+            ["--cycles", "2", "--rounds", "1", "--pulse", "0.5", "--rest", "1", "--latitude", "70", "--turn", "drive", "--json", "-"];
         let found = json(f, &[&["drift", "run", "--port", one.port.as_str()][..], &short].concat());
         assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(8), Some(0)), "{found}");
         // 1.856 °/h; pulses of half a second leave about 0.4 °/h of noise.

@@ -6,7 +6,7 @@ use super::common::stand;
 use super::{Check, help_everywhere, json_in_both_places, stdout_of};
 use host_tools::log::Log;
 
-pub const WORDS: [(&str, Check); 16] = [
+pub const WORDS: [(&str, Check); 17] = [
     ("log", |_| ()),
     ("log --help", help_everywhere),
     ("log inspect --help", help_everywhere),
@@ -25,6 +25,7 @@ pub const WORDS: [(&str, Check); 16] = [
     ("allan --map --unit --sample-rate --note", |f| reads(f, &["allan"], &["--column", "omega_rad_s"])),
     ("convert --map --unit --sample-rate --note", |f| reads(f, &["convert"], &["new.parquet"])),
     ("vibration compensate --map --unit --sample-rate --note", |f| is_imported(f, &["vibration", "compensate"], &[])),
+    ("observer track --map --unit --sample-rate --note", |f| is_imported(f, &["observer", "track"], &[])),
     ("compensate --map --unit --sample-rate --note", |f| {
         foreign(f);
         let words = ["compensate", "--model", "model.toml", "--stand", "imported.toml", "--log", "foreign.csv"];

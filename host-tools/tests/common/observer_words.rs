@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::served::{Served, send_lines as console};
 use super::{Check, Log, help_everywhere, json, json_in_both_places, page, stand, stdout_of};
 
-pub const WORDS: [(&str, Check); 21] = [
+pub const WORDS: [(&str, Check); 28] = [
     ("observer --help", help_everywhere),
     ("observer design --help", help_everywhere),
     ("observer simulate --help", help_everywhere),
@@ -114,6 +114,54 @@ pub const WORDS: [(&str, Check); 21] = [
         json_in_both_places(f, &["vibration", "compensate", "swing.csv"]);
         page(f, &["vibration", "compensate", "swing.csv"]);
     }),
+    ("observer track --help", help_everywhere),
+    ("observer simulate --out --force", |f| {
+        let write =
+            |more: &[&str]| stand(f, &[&["observer", "simulate", "astatic-identifier-recovered", "--out", "free.csv"][..], more].concat());
+        write(&["--force"]).succeeded();
+        assert!(write(&[]).status == Some(2) && std::fs::read_to_string(f.join("free.csv")).unwrap().contains("moment_N_m"));
+    }),
+    ("observer track <LOG> --model --omega --poles --kind --row --integral-gain --vibration-hz", |f| {
+        free(f);
+        let usual = tracked(f, &[]);
+        assert_eq!(usual, tracked(f, &["--vibration-hz", "5"]), "of the warnings of a design");
+        for more in [
+            &["--omega", "60"][..],
+            &["--poles", "-50,-50,-50,-50,-50,-50,-51"],
+            &["--kind", "static"],
+            &["--kind", "integral"],
+            &["--model", "astatic-identifier"],
+        ] {
+            assert_ne!(usual, tracked(f, more), "{more:?}");
+        }
+        let integral = |more: &[&str]| tracked(f, &[&["--kind", "integral"], more].concat());
+        assert_ne!(integral(&["--row", "3"]), integral(&[]));
+        assert_ne!(integral(&["--integral-gain", "1e5"]), integral(&[]));
+    }),
+    ("observer track --angle-gain --torquer", |f| {
+        free(f);
+        assert_ne!(tracked(f, &[]), tracked(f, &["--angle-gain", "40"]));
+        assert!(stand(f, &["observer", "track", "free.csv", "--torquer", "1"]).err.contains("torquer_A"));
+    }),
+    ("observer track --out --force", |f| {
+        free(f);
+        let write = |more: &[&str]| stand(f, &[&["observer", "track", "free.csv", "--out", "hat.csv"][..], more].concat());
+        write(&["--force"]).succeeded();
+        assert!(write(&[]).status == Some(2) && std::fs::read_to_string(f.join("hat.csv")).unwrap().contains("hat_moment_N_m"));
+    }),
+    ("observer track --json", |f| {
+        free(f);
+        json_in_both_places(f, &["observer", "track", "free.csv"]);
+    }),
+    ("sim --vibration", |f| {
+        let log = |vibration: &str| {
+            stand(f, &["sim", "--gyro", "--vibration", vibration, "--seconds", "1", "--out", "v.csv", "--force"]).succeeded();
+            std::fs::read_to_string(f.join("v.csv")).unwrap()
+        };
+        let usual = log("1e-3,2");
+        assert_eq!(usual, log("1e-3,2,45,0"));
+        assert!(["2e-3,2", "1e-3,3", "1e-3,2,30", "1e-3,2,45,60"].iter().all(|other| log(other) != usual));
+    }),
     #[cfg(unix)]
     ("record --also", |f| {
         let one = Served::new(f, &[]);
@@ -166,4 +214,13 @@ fn swinging(folder: &Path) {
                    link_damping_N_m_s = 2.4e-3\nalpha_damping_N_m_s = 0.0\nbeta_damping_N_m_s = 1e-3\ngamma_damping_N_m_s = 2e-3\n\
                    link_rad_s = 0.0\nlatitude_deg = 40.0\n";
     std::fs::write(folder.join("other.toml"), element).unwrap();
+}
+
+/// A log of the free element.
+fn free(folder: &Path) {
+    stand(folder, &["observer", "simulate", "astatic-identifier-recovered", "--seconds", "30", "--out", "free.csv", "--force"]).succeeded();
+}
+
+fn tracked(folder: &Path, more: &[&str]) -> Value {
+    json(folder, &[&["observer", "track", "free.csv"], more].concat())
 }

@@ -43,6 +43,8 @@ pub struct DriftSessionRequest {
     pub positions: Vec<Orientation>,
     /// Order of the visits to the positions.
     pub order: VisitOrder,
+    /// Number of times that the order is run. The scatter between visits of one position is measured with two or more visits to each.
+    pub rounds: u32,
     /// The stand's drive turns the platform between positions; otherwise the operator does.
     pub turn_by_drive: bool,
     /// The rows of the stream are kept for a log.
@@ -52,9 +54,9 @@ pub struct DriftSessionRequest {
 /// Order of the visits to the positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VisitOrder {
-    /// All positions, then all in reverse: a linear trend of the drift cancels. The cycles of a position are divided between its visits.
+    /// All positions, then all in reverse: a linear trend of the drift cancels.
     Abba,
-    /// Each position once.
+    /// All positions.
     Once,
 }
 
@@ -63,30 +65,50 @@ impl DriftSessionRequest {
         self.plan.sequence == BOTH
     }
 
-    /// Signs of the pulses in a visit, by its number from 0. A visit of one cycle alternates the sign with the visits: positions are visited once with an even
-    /// and once with an odd number, so that each has both signs, and the sign changes with the time less than the drift.
+    /// Signs of the pulses in a visit, by its number from 0. Visits of one cycle alternate the sign: in the order A B B A with the number of the visit, since
+    /// positions are visited once with an even and once with an odd number; otherwise with the round.
     fn sequence(&self, visit: usize, cycles: u32) -> &'static str {
-        match (self.has_both_signs() && cycles == 1 && self.order == VisitOrder::Abba, visit % 2) {
+        let alternation = match self.order {
+            VisitOrder::Abba => visit,
+            VisitOrder::Once => visit / self.positions.len().max(1),
+        };
+        match (self.has_both_signs() && cycles == 1 && self.visits_per_position() > 1, alternation % 2) {
             (false, _) => self.plan.sequence,
             (true, 0) => "PLUSminus",
             (true, _) => "MINusplus",
         }
     }
 
-    /// The visits: number of the position, from 0, and cycles at each rate. The last position of the first half is visited once, with the cycles of both visits.
+    /// A visit runs the rates in reverse: every second one, so that a linear trend does not look like an effect of the rate.
+    fn is_reversed(&self, visit: usize) -> bool {
+        let round = match self.order {
+            VisitOrder::Abba => 0,
+            VisitOrder::Once => visit / self.positions.len().max(1),
+        };
+        (visit + round) % 2 == 1
+    }
+
+    fn visits_per_position(&self) -> u32 {
+        let in_a_round = if self.order == VisitOrder::Abba { 2 } else { 1 };
+        in_a_round * self.rounds.max(1)
+    }
+
+    /// The visits: number of the position, from 0, and cycles at each rate. The cycles of a position are divided between its visits, at least one in each, and in
+    /// pairs of both signs where they suffice. The gyroscope is not turned between two successive visits to one position.
     pub fn visits(&self) -> Vec<(usize, u32)> {
-        let (count, cycles) = (self.positions.len(), self.plan.cycles);
-        match self.order {
-            VisitOrder::Once => (0..count).map(|position| (position, cycles)).collect(),
-            VisitOrder::Abba => {
-                let half = cycles.div_ceil(2);
-                // Both signs equally often in a visit, where it has more than one cycle.
-                let half = if self.has_both_signs() && half > 1 { (half.next_multiple_of(2)).min(cycles) } else { half };
-                let there = (0..count).map(|position| (position, half));
-                let back = (0..count).rev().map(|position| (position, (cycles - half).max(1)));
-                there.chain(back).collect()
-            }
-        }
+        let (count, visits) = (self.positions.len(), self.visits_per_position());
+        let unit = if self.has_both_signs() && self.plan.cycles >= 2 * visits { 2 } else { 1 };
+        let units = self.plan.cycles / unit;
+        // What does not fill a unit is for the last visit.
+        let rest = |visit: u32| if visit + 1 == visits { self.plan.cycles % unit } else { 0 };
+        let cycles = |visit: u32| (unit * (units / visits + u32::from(visit < units % visits)) + rest(visit)).max(1);
+        let there_and_back = |visit: u32| self.order == VisitOrder::Abba && visit % 2 == 1;
+        let round = |visit: u32| -> Vec<(usize, u32)> {
+            let positions = 0..count;
+            let in_order: Vec<usize> = if there_and_back(visit) { positions.rev().collect() } else { positions.collect() };
+            in_order.into_iter().map(|position| (position, cycles(visit))).collect()
+        };
+        (0..visits).flat_map(round).collect()
     }
 }
 
@@ -181,9 +203,8 @@ pub async fn measure<S: StandConnection>(
         let report = |state: &str| progress(DriftSessionProgress { visit: k + 1, visits: visits.len(), position: position + 1, state });
         report("");
         all.row_positions.push((all.rows.len(), *place));
-        // Every second visit runs the rates in reverse, so that a linear trend does not look like an effect of the rate.
         let mut rates = request.rates_rad_s.clone();
-        if k % 2 == 1 {
+        if request.is_reversed(k) {
             rates.reverse();
         }
         for rate_rad_s in rates {
@@ -311,6 +332,7 @@ mod tests {
             rates_rad_s: vec![1e-3],
             positions: vec![Orientation::default(); positions],
             order: VisitOrder::Abba,
+            rounds: 1,
             turn_by_drive: false,
             keep_rows: false,
         }
@@ -342,5 +364,22 @@ mod tests {
         }
         // One cycle becomes two, one of each sign.
         assert_eq!(signs(&request(1, 2)), [[1, 1], [1, 1]]);
+        for positions in [2, 3, 4] {
+            for (order, rounds) in [(VisitOrder::Abba, 2), (VisitOrder::Abba, 3), (VisitOrder::Once, 2)] {
+                for cycles in [6, 8, 10, 12, 14] {
+                    let request = DriftSessionRequest { order, rounds, ..request(cycles, positions) };
+                    let counts = signs(&request);
+                    assert!(counts.iter().all(|[plus, minus]| plus == minus && plus + minus == cycles), "{positions} {cycles}: {counts:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rounds_visit_each_position_again() {
+        let twice = DriftSessionRequest { rounds: 2, ..request(10, 2) };
+        assert_eq!(twice.visits(), [(0, 4), (1, 4), (1, 2), (0, 2), (0, 2), (1, 2), (1, 2), (0, 2)]);
+        let once = DriftSessionRequest { order: VisitOrder::Once, rounds: 2, ..request(4, 2) };
+        assert_eq!(once.visits(), [(0, 2), (1, 2), (0, 2), (1, 2)]);
     }
 }

@@ -38,6 +38,8 @@ pub struct Characteristic {
     pub(super) drift_sensitivity: Vec<f64>,
     /// Drift within plateaus, per second, and its standard uncertainty.
     drift: (f64, f64),
+    /// Greatest amplitude of the encoder's error within a turn, rad, and the change of each coefficient by the standard deviation of that error in each plateau.
+    encoder: Option<(f64, Vec<Vec<f64>>)>,
     /// Full scale, rad/s.
     pub full_scale_rad_s: f64,
     /// Temperature of the device under test; `None` without a thermometer.
@@ -109,7 +111,17 @@ pub fn characteristic(points: Vec<Point>, full_scale_rad_s: f64) -> Option<Chara
         least_squares(&all, &column(Term::Time)).map_or_else(|| vec![0.0; terms.len()], |f| f.coefficients)
     };
     let drift = drift_within(&points);
-    Some(Characteristic { points, terms, fit, drift_sensitivity, drift, full_scale_rad_s, temperature })
+    Some(Characteristic { points, terms, fit, drift_sensitivity, drift, encoder: None, full_scale_rad_s, temperature })
+}
+
+/// Standard deviation of the rate of a plateau by an error of the encoder a sin(θ + φ) of unknown φ, rad/s: √2 a |sin(Δθ/2)| over the duration; none over whole
+/// turns.
+fn rate_error_rad_s(point: &Point, amplitude_rad: f64) -> f64 {
+    let plateau = &point.plateau;
+    if plateau.turns > 0 {
+        return 0.0;
+    }
+    2_f64.sqrt() * amplitude_rad * (0.5 * plateau.rate_rad_s * plateau.duration_s).sin().abs() / plateau.duration_s
 }
 
 /// Mean, smallest and greatest temperature.
@@ -130,6 +142,22 @@ fn drift_within(points: &[Point]) -> (f64, f64) {
 }
 
 impl Characteristic {
+    /// With the greatest amplitude of the encoder's error within a turn, rad, in the budgets.
+    pub(super) fn with_encoder_error(mut self, amplitude_rad: Option<f64>) -> Self {
+        let reference_C = self.temperature.map_or(0.0, |t| t.at_C);
+        let value = |p: &Point| -> Vec<f64> { self.terms.iter().map(|term| term.value(p, self.full_scale_rad_s, reference_C)).collect() };
+        let rows: Vec<Vec<f64>> = self.points.iter().map(value).collect();
+        self.encoder = amplitude_rad.map(|amplitude_rad| {
+            let by_plateau = (0..rows.len()).filter_map(|k| {
+                let mut output = vec![0.0; rows.len()];
+                output[k] = self.coefficient(1) * rate_error_rad_s(&self.points[k], amplitude_rad);
+                if output[k] == 0.0 { None } else { least_squares(&rows, &output).map(|fit| fit.coefficients) }
+            });
+            (amplitude_rad, by_plateau.collect())
+        });
+        self
+    }
+
     fn place(&self, term: Term) -> Option<usize> {
         self.terms.iter().position(|t| *t == term)
     }
@@ -201,6 +229,15 @@ impl Characteristic {
                 loadings: Some(Loadings { fit: "drift", components: vec![drift * sensitivity] }),
                 ..Contribution::type_b("drift", drift, "1/s", sensitivity, Basis::DriftWithinPlateaus)
             });
+        }
+        if let Some((amplitude_rad, by_plateau)) = &self.encoder {
+            let components: Vec<f64> = by_plateau.iter().map(|changes| gradient.iter().zip(changes).map(|(g, c)| g * c).sum()).collect();
+            let u = components.iter().map(|part| part * part).sum::<f64>().sqrt();
+            if u > 0.0 {
+                let basis = Basis::EncoderWithinTurn { amplitude_rad: *amplitude_rad };
+                let line = Contribution::type_b("encoder within a turn", *amplitude_rad, "rad", u / amplitude_rad, basis);
+                contributions.push(line.with_loadings(Loadings { fit: "encoder", components }));
+            }
         }
         (self.value_of(gradient), contributions)
     }

@@ -7,12 +7,14 @@
 //! * *scale*: slope of the least-squares line through the characteristic over ± full scale;
 //! * *nonlinearity*: greatest departure of the fitted curve b + sΩ + c₂Ω² + c₃Ω³ from that line, % of full scale;
 //! * *asymmetry*: slope at positive minus slope at negative rates, % of their mean;
+//! * *encoder*: error of the stand's encoder within a turn, by runs of both senses; it enters the budgets of the characteristic;
 //! * *hysteresis*: output approached from below minus from above, % of full scale.
 
 mod bands;
 mod characteristic;
 mod clipping;
 mod dynamic;
+mod encoder;
 mod influences;
 mod mounted;
 mod points;
@@ -80,8 +82,12 @@ pub fn calibrate(steps: &[Step], settings: &GyroSettings) -> Result<Findings, Ca
         used.iter().copied().filter(|s| s.mounting.orientation == Orientation::Flat && s.mounting.tilt_deg == 0.0).collect();
     let radius_m = upright.first().map_or(0.0, |s| s.mounting.radius_m);
     let at_radius: Vec<&Step> = upright.iter().copied().filter(|s| s.mounting.radius_m == radius_m).collect();
-    let found = static_quantities::add(&at_radius, radius_m, settings, &mut findings)?;
+    let mut of_encoder = Findings::default();
+    let encoder_rad = encoder::add(&at_radius, settings, &mut of_encoder);
+    let found = static_quantities::add(&at_radius, radius_m, encoder_rad, settings, &mut findings)?;
     turns::add(&at_radius, settings, &mut findings);
+    findings.quantities.extend(of_encoder.quantities);
+    findings.absent.extend(of_encoder.absent);
     bands::add(&at_radius, settings, &mut findings);
     dynamic::add(&at_radius, &found, settings, &mut findings);
     still::add(&at_radius, settings, &mut findings);

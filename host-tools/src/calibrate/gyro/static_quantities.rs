@@ -222,6 +222,7 @@ impl Characteristic {
 pub(super) fn add(
     steps: &[&Step],
     radius_m: f64,
+    encoder_rad: Option<f64>,
     settings: &GyroSettings,
     findings: &mut Findings,
 ) -> Result<Characteristic, CalibrateError> {
@@ -240,7 +241,7 @@ pub(super) fn add(
         used.extend(at_rest);
     }
     let clipped = || findings.remarks.iter().find(|r| matches!(r, Remark::Clipped { .. })).cloned();
-    let Some(found) = characteristic(used, full_scale) else {
+    let Some(found) = characteristic(used, full_scale).map(|found| found.with_encoder_error(encoder_rad)) else {
         return Err(clipped().map_or(CalibrateError::NoPlateaus, CalibrateError::of_clipped));
     };
     if found.fit.dof < MIN_DOF {

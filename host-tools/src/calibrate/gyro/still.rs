@@ -5,6 +5,7 @@ use super::{GyroSettings, dut_output};
 use crate::allan::deviation::Series;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Step};
 use crate::calibrate::{Contribution, Quantity};
+use crate::log::Log;
 use crate::statistics::Extremes;
 use crate::statistics::least_squares;
 use crate::statistics::uncertainty::Instability;
@@ -19,7 +20,10 @@ const ALLAN_INTERVAL_S: f64 = 0.1;
 const MIN_MEANS: usize = 64;
 const MIN_AVERAGES: usize = 4;
 
-/// Adds in-run stability and temperature coefficients.
+/// Part of the log at rest at each of its ends between which the output changes.
+const WARM_UP_PART: usize = 10;
+
+/// Adds in-run stability, warm-up and temperature coefficients.
 pub(super) fn add(steps: &[&Step], settings: &GyroSettings, findings: &mut Findings) {
     match in_run_stability(steps, settings) {
         Some(stability) => {
@@ -30,6 +34,10 @@ pub(super) fn add(steps: &[&Step], settings: &GyroSettings, findings: &mut Findi
             findings.quantities.push(stability);
         }
         None => findings.add_absent("in_run_stability_rad_s", AbsenceReason::NeedsRest),
+    }
+    match warm_up(steps, settings) {
+        Some(change) => findings.quantities.push(change),
+        None => findings.add_absent("warm_up_change_rad_s", AbsenceReason::NeedsRest),
     }
     for (name, of, reason) in [
         ("bias_per_K_rad_s", bias as fn(&[&Step], &GyroSettings) -> Option<Quantity>, AbsenceReason::NeedsWarmingAtRest),
@@ -52,20 +60,52 @@ fn is_at_rest(step: &Step) -> bool {
     })
 }
 
+/// The longest log at rest, in means of [`ALLAN_INTERVAL_S`].
+struct LongestRest<'a> {
+    log: &'a Log,
+    /// Rows of a mean.
+    size: usize,
+    means: Vec<f64>,
+}
+
+impl<'a> LongestRest<'a> {
+    fn of(steps: &[&'a Step], settings: &GyroSettings) -> Option<Self> {
+        let step = steps
+            .iter()
+            .filter(|s| is_at_rest(s) && dut_output(&s.log, settings).is_some())
+            .max_by(|a, b| a.log.duration_s().total_cmp(&b.log.duration_s()))?;
+        let (log, output) = (&step.log, dut_output(&step.log, settings)?);
+        let size = ((ALLAN_INTERVAL_S / log.median_dt_s().max(1e-9)).round() as usize).max(1);
+        let longest = log.segments().into_iter().max_by_key(ExactSizeIterator::len)?;
+        let means: Vec<f64> = output[longest].chunks_exact(size).map(|rows| rows.iter().sum::<f64>() / size as f64).collect();
+        (means.len() >= MIN_MEANS).then_some(Self { log, size, means })
+    }
+}
+
+/// Mean output of the first tenth minus that of the last tenth of the longest log at rest. The uncertainty is that of the white noise in both means: what else
+/// changes between them is the change itself.
+fn warm_up(steps: &[&Step], settings: &GyroSettings) -> Option<Quantity> {
+    let LongestRest { log, size, means } = LongestRest::of(steps, settings)?;
+    let part = means.len() / WARM_UP_PART;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let change = mean(&means[..part]) - mean(&means[means.len() - part..]);
+    let differences = means.len() as f64 - 1.0;
+    let variance = means.windows(2).map(|pair| 0.5 * (pair[1] - pair[0]).powi(2)).sum::<f64>() / differences;
+    // The successive differences of white noise are correlated: two thirds of their number are degrees of freedom.
+    let u = (2.0 * variance / part as f64).sqrt();
+    let noise = Contribution::type_a("noise", u, 2.0 / 3.0 * differences, Basis::WindowScatter { window_s: ALLAN_INTERVAL_S });
+    let meaning = Meaning::WarmUpChange {
+        part_s: (part * size) as f64 * log.median_dt_s(),
+        rest_s: log.duration_s(),
+        since_power_on_s: log.notes().number("since_power_on_s"),
+    };
+    Some(Quantity::new("warm_up_change_rad_s", "rad/s", change, vec![noise]).meaning(meaning))
+}
+
 /// Smallest Allan deviation of the longest log at rest over averaging times up to a quarter of it (IEEE Std 952, annex C).
 fn in_run_stability(steps: &[&Step], settings: &GyroSettings) -> Option<Quantity> {
-    let step = steps
-        .iter()
-        .filter(|s| is_at_rest(s) && dut_output(&s.log, settings).is_some())
-        .max_by(|a, b| a.log.duration_s().total_cmp(&b.log.duration_s()))?;
-    let (log, output) = (&step.log, dut_output(&step.log, settings)?);
-    let size = ((ALLAN_INTERVAL_S / log.median_dt_s().max(1e-9)).round() as usize).max(1);
-    let longest = log.segments().into_iter().max_by_key(ExactSizeIterator::len)?;
-    let means: Vec<f64> = output[longest].chunks_exact(size).map(|rows| rows.iter().sum::<f64>() / size as f64).collect();
+    let LongestRest { log, size, means } = LongestRest::of(steps, settings)?;
     let count = means.len();
-    if count < MIN_MEANS {
-        return None;
-    }
     let factors: Vec<usize> = (0..).map(|k| 1_usize << k).take_while(|m| m * MIN_AVERAGES <= count).collect();
     let whole = 0..count;
     let series = Series::of_rates(means, &[whole]);
@@ -149,4 +189,37 @@ fn coefficient(name: &str, unit: &str, rows: &[Vec<f64>], y: &[f64], k: usize, p
         Basis::ThermometerHalfWidth { half_width_K: settings.assumptions.temperature_K },
     );
     Some(Quantity::new(name, unit, value, vec![noise, thermometer]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Mounting;
+    use crate::log::{Column, Notes};
+    use hal_sim::peripherals::Noise;
+
+    /// 60 s at rest with white noise and an exponential warm-up of 1e-3 rad/s with a time constant of 20 s.
+    #[test]
+    fn the_change_by_warm_up_is_covered() {
+        let (change, time_constant_s) = (1e-3, 20.0);
+        let mean =
+            |from: f64, to: f64| change * time_constant_s * ((-from / time_constant_s).exp() - (-to / time_constant_s).exp()) / (to - from);
+        let truth = mean(0.0, 6.0) - mean(54.0, 60.0);
+        let mut covered = 0;
+        for seed in 0..50 {
+            let mut noise = Noise::new(seed, 0, 2e-3);
+            let t_s: Vec<f64> = (0..6000).map(|k| f64::from(k) * 0.01).collect();
+            let output = t_s.iter().map(|t| 0.01 + change * (-t / time_constant_s).exp() + noise.draw()).collect();
+            let theta = vec![0.5; t_s.len()];
+            let columns = [("t_s", t_s), ("theta_rad", theta), ("gyro_rad_s", output)];
+            let columns = columns.into_iter().map(|(name, values)| Column { name: name.to_owned(), values }).collect();
+            let log = Log::new("rest.csv", columns, Notes::default()).unwrap();
+            let step = Step { name: "rest".to_owned(), log, mounting: Mounting::default(), added_inertia_kg_m2: None };
+            let found = warm_up(&[&step], &GyroSettings::default()).unwrap();
+            covered += u32::from(found.covers(truth));
+            assert!(found.expanded_u() < 3e-4, "{found:?}");
+        }
+        // 95 % of 50 less three standard errors.
+        assert!(covered >= 43, "{covered}");
+    }
 }

@@ -4,6 +4,7 @@ mod bode;
 mod design;
 mod options;
 mod simulate;
+mod track;
 
 use clap::Subcommand;
 
@@ -15,6 +16,8 @@ pub(super) enum ObserverCommand {
     Design(design::DesignObserver),
     /// Simulate a static and an astatic observer side by side: errors, settling, estimated moment, closed loop
     Simulate(simulate::Simulate),
+    /// Run an observer over a recorded log: states and learnt moment, beside the truth where the log has it
+    Track(track::Track),
     /// Frequency responses of the element and the observers, and the distortion of the estimated rate
     Bode(bode::ShowBode),
 }
@@ -24,6 +27,7 @@ impl ObserverCommand {
         match self {
             Self::Design(design) => design.run(),
             Self::Simulate(simulate) => simulate.run(),
+            Self::Track(track) => track.run(),
             Self::Bode(bode) => bode.run(),
         }
     }

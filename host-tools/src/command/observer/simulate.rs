@@ -1,11 +1,14 @@
 //! `stand observer simulate`.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 use super::options::{DesignOptions, ElementOptions, ObserverKind};
 use crate::command::error::CliError;
-use crate::command::output::ReportOutput;
+use crate::command::output::{Overwrite, ReportOutput};
 use crate::observer::moment::{Harmonic, Moment, Random};
+use crate::observer::recorded::{RecordError, simulate_log};
 use crate::observer::side_by_side::{ClosedLoop, simulate};
 use crate::observer::{Disturbance, ObserverError, Regulator, SideBySide};
 use crate::report::observer::{simulate_html, simulate_json, simulate_text};
@@ -29,7 +32,7 @@ pub(in crate::command) struct Simulate {
     /// Random moment in addition: standard deviation, N m, and correlation time, s
     #[arg(long, value_name = "N_M,S", value_delimiter = ',', allow_negative_numbers = true)]
     moment_random: Vec<f64>,
-    /// Seed of the random moment
+    /// Seed of the random moment and of the noise of --out
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Duration of the simulation, s
@@ -47,14 +50,31 @@ pub(in crate::command) struct Simulate {
     /// Duration of the closed-loop simulation, s
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true)]
     loop_seconds: f64,
+    /// Write a log of the element under this angle and moment, for `stand observer track`: the angle sensor, the true states and the true moment
+    #[arg(long, value_name = "LOG")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     #[command(flatten)]
     output: ReportOutput,
+}
+
+impl From<RecordError> for CliError {
+    fn from(error: RecordError) -> Self {
+        match error {
+            RecordError::OutOfRange { .. } => CliError::Input(format!("--out: {error}")),
+            RecordError::Log(error) => error.into(),
+        }
+    }
 }
 
 impl Simulate {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         self.check_values()?;
+        if let Some(out) = &self.out {
+            self.overwrite.check(out)?;
+        }
         let plant = self.element.plant()?;
         let static_options = DesignOptions { kind: None, row: None, integral_gain: None, ..self.design.clone() };
         let fixed = static_options.request(plant.clone(), Some(ObserverKind::Static), None)?.design()?;
@@ -69,6 +89,9 @@ impl Simulate {
         let closed_loop = ClosedLoop { regulator, seconds: self.loop_seconds };
         let run = |design| simulate(design, disturbed, self.seconds, self.step, closed_loop);
         let (first, second) = (run(&fixed)?, run(&astatic)?);
+        if let Some(out) = &self.out {
+            simulate_log(&fixed.request.plant, disturbed, self.seconds, self.step, self.seed, out)?;
+        }
         let beside = SideBySide { designs: [&fixed, &astatic], runs: [&first, &second], disturbed };
         self.output.text(&simulate_text(&beside))?;
         self.output.json(|| simulate_json(&beside))?;

@@ -27,6 +27,10 @@ pub fn basis(basis: &Basis) -> String {
         Basis::TurnHalfWidth { half_width_deg } => format!("half-width {half_width_deg}° of an angle turned by hand"),
         Basis::Positions { count } => format!("scatter of {count} positions"),
         Basis::TimeStampStep => "time stamps of the device in steps of 25 µs, from which the stand computes the age of a sample".into(),
+        Basis::EncoderWithinTurn { amplitude_rad } => format!(
+            "amplitude of up to {} µrad within a turn by the runs of both senses; plateaus of less than one turn",
+            significant(1e6 * amplitude_rad, 2)
+        ),
         Basis::EncoderQuantisation => "one count at each end of a plateau".into(),
         Basis::WindowScatter { window_s } => format!("scatter of windows of {} ms", window_s * 1e3),
         Basis::OneWindow => "scatter of one window".into(),
@@ -94,6 +98,15 @@ pub fn meaning(meaning: &Meaning) -> String {
             "by the integral over whole turns, independent of the plateaus: the mean scale over runs from rest to ± {} rad/s",
             plain(*greatest_rad_s, 3)
         ),
+        Meaning::EncoderEccentricity => {
+            "error of the stand's encoder (reading minus angle), harmonic order 1, angle from its zero; by closed turns of both senses".into()
+        }
+        Meaning::WarmUpChange { part_s, rest_s, since_power_on_s } => format!(
+            "mean of the first {} s minus mean of the last {} s of {rest_s:.0} s at rest{}",
+            plain(*part_s, 3),
+            plain(*part_s, 3),
+            since_power_on_s.map_or(String::new(), |from| format!(", which begin {} s after power-on", plain(from, 3)))
+        ),
         Meaning::InRunStability { averaging_s, rest_s } => format!(
             "smallest Allan deviation of {rest_s:.0} s at rest, at an averaging time of {} s; an upper bound of the bias instability",
             plain(*averaging_s, 2)
@@ -133,6 +146,7 @@ pub fn meaning(meaning: &Meaning) -> String {
         Meaning::TumbleK0 => "output without specific force: K₀ K₁ of the model equation".into(),
         Meaning::TumbleK1 => "output per specific force".into(),
         Meaning::TumbleK2 => "output per square of the specific force".into(),
+        Meaning::TumbleK3 => "output per cube of the specific force".into(),
         Meaning::MountingAngle => "from outward to the sensor's x axis, positive towards the motion".into(),
         Meaning::AccelerometerBias => "without the gravity of a tilted stand, which is periodic in the angle".into(),
         Meaning::BlindRate { window_s } => {

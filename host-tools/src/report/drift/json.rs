@@ -103,6 +103,7 @@ struct MovementEntry {
     trend_deg_h_h: Option<EstimateJson>,
     trend_significant: bool,
     random_walk_deg_h_sqrt_h: Option<f64>,
+    visit_contrasts: usize,
     visits_log10_p: Option<f64>,
     visits_sigma_deg_h: Option<f64>,
 }
@@ -167,6 +168,7 @@ pub fn json(result: &DriftResult, units: Units) -> Value {
         axis: axis(k),
         trend_deg_h_h: found.trend.map(|trend| EstimateJson::new(&trend, 3600.0 / DEG_H)),
         trend_significant: found.has_trend,
+        visit_contrasts: found.free_visits,
         random_walk_deg_h_sqrt_h: found.walk_rad_s_sqrt_s.map(|walk| walk * 60.0 / DEG_H),
         visits_log10_p: found.log10_p_visits,
         visits_sigma_deg_h: found.visit_sigma_rad_s.map(|sigma| sigma / DEG_H),

@@ -53,6 +53,12 @@ pub(super) fn warning(warning: &DriftWarning) -> String {
             about(*axis),
             significant(sigma_rad_s / DEG_H, 2)
         ),
+        DriftWarning::FewVisits { contrasts: 0 } => {
+            "each position was visited once: an offset of a visit (turn, level) is not distinguishable from the position and not measured; only --turn-error and --level-error allow for it (drift run --rounds 2 measures it)".to_owned()
+        }
+        DriftWarning::FewVisits { .. } => {
+            "the offsets of the visits (turn, level) show in one difference only: an offset of the only visit to a position is not found, and one that is found widens the uncertainty by Student's t of one degree of freedom (drift run --rounds 2 measures them)".to_owned()
+        }
         DriftWarning::OneAmplitude { asymmetry_bound } => format!(
             "pulses of one amplitude do not show an asymmetry of the torquer; up to {} % is in the budget (--torquer-asymmetry); two amplitudes measure it",
             plain(100.0 * asymmetry_bound, 3)
