@@ -160,8 +160,8 @@ fn with_best_rate_source(
     let depends_on_source = model.effects().iter().any(|e| e.card.uses_rate_source);
     let has_rate = data.channels.iter().any(|c| c.channel == Channel::Rate);
     let source_unknown = log.provenance(Channel::Rate.column()).source == RateSource::Unknown;
-    let (from_sensor, notes) = fit_as_recorded(log, data, &once)?;
-    remarks.extend(notes.into_iter().map(EvaluationRemark::Preparation));
+    let (from_sensor, recording) = fit_as_recorded(log, data, &once)?;
+    remarks.extend(recording.notes.into_iter().map(EvaluationRemark::Preparation));
     if !(depends_on_source && has_rate && source_unknown) {
         return Ok(from_sensor);
     }

@@ -35,12 +35,21 @@ impl Convention {
 /// A fit of the data, by the first argument; from the result of another fit, where there is one.
 pub type FitData<'f> = dyn Fn(&PreparedLog, Option<&FitResult>) -> Result<FitResult, FitError> + 'f;
 
+/// How a log was recorded, beside what its notes state.
+#[derive(Debug, Clone, Default)]
+pub struct Recording {
+    /// The conventions that are assumed.
+    pub conventions: Vec<Convention>,
+    /// Notes on these, and on outliers.
+    pub notes: Vec<PreparationNote>,
+}
+
 /// Fits the data, with outliers excluded and the conventions that no note states tried. `data` is changed accordingly.
 ///
 /// # Errors
 /// The model cannot be simulated along the data.
-pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Result<(FitResult, Vec<PreparationNote>), FitError> {
-    let mut notes = Vec::new();
+pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Result<(FitResult, Recording), FitError> {
+    let mut recording = Recording::default();
     let mut result = fit(data, None)?;
     result = without_outliers(data, result, fit)?;
     for convention in Convention::ALL {
@@ -54,11 +63,33 @@ pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Resu
         if gain(&result, &trial) > (MIN_GAIN_PER_VALUE * values as f64).max(MIN_GAIN) {
             *data = other;
             result = without_outliers(data, trial, fit)?;
-            notes.push(note);
+            recording.conventions.push(convention);
+            recording.notes.push(note);
         }
     }
-    notes.extend(outliers::count(data).into_iter().map(|(channel, rows)| PreparationNote::Outliers { channel, rows, of: data.len() }));
-    Ok((result, notes))
+    recording.notes.extend(outlier_notes(data));
+    Ok((result, recording))
+}
+
+/// Fits the data by the given conventions, with outliers excluded. `data` is changed accordingly.
+///
+/// # Errors
+/// The model cannot be simulated along the data.
+pub fn fit_by(
+    conventions: &[Convention],
+    log: &Log,
+    data: &mut PreparedLog,
+    fit: &FitData,
+) -> Result<(FitResult, Recording), FitError> {
+    let mut notes: Vec<PreparationNote> = conventions.iter().filter_map(|convention| apply(*convention, log, data)).collect();
+    let result = fit(data, None)?;
+    let result = without_outliers(data, result, fit)?;
+    notes.extend(outlier_notes(data));
+    Ok((result, Recording { conventions: conventions.to_vec(), notes }))
+}
+
+fn outlier_notes<'d>(data: &'d PreparedLog) -> impl Iterator<Item = PreparationNote> + 'd {
+    outliers::count(data).into_iter().map(|(channel, rows)| PreparationNote::Outliers { channel, rows, of: data.len() })
 }
 
 fn worst_chi2_per_n(result: &FitResult) -> f64 {
@@ -78,7 +109,7 @@ fn without_outliers(data: &mut PreparedLog, result: FitResult, fit: &FitData) ->
 }
 
 /// 2 ln of the likelihood ratio of the second result to the first, where the variance of each channel is unknown.
-fn gain(before: &FitResult, after: &FitResult) -> f64 {
+pub fn gain(before: &FitResult, after: &FitResult) -> f64 {
     let all = |c: &super::fit::ChannelFit| {
         let (sum, n) = c.residual.iter().filter(|r| r.is_finite()).fold((0.0, 0usize), |(s, n), r| (s + r * r, n + 1));
         (sum / n.max(1) as f64, n as f64)

@@ -10,14 +10,13 @@ use super::likelihood::{WhitenedSums, Whitener};
 use super::stiffness::limit_stiffness;
 use super::trial::Trial;
 use crate::identify::fit::parameters::Parameters;
-use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::fit::solve::{self, Iterate};
 use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, short_windows};
 use crate::identify::fit::system::System;
 use crate::identify::fit::{
     self, ChannelFit, FitError, FitResult, InitialStates, PreparedLog, Problem, build, initial_state_kinds, starting_states,
 };
-use crate::identify::recording_conventions::fit_as_recorded;
+use crate::identify::recording_conventions::{Convention, Recording, fit_as_recorded, fit_by};
 use crate::model::{Input, Model};
 
 /// A fitted model and the data it was fitted to.
@@ -39,17 +38,36 @@ pub struct FittedModel<'a> {
 }
 
 impl<'a> FittedModel<'a> {
-    /// Fits `model` to the data, as they were recorded; notes on how that is.
+    /// Fits `model` to the data by the given conventions of recording, or, where none are given, by those that fit it best.
     ///
     /// # Errors
     /// The model cannot be simulated along these data.
-    pub fn fit(context: Context<'a>, model: &Model, mut data: PreparedLog<'a>) -> Result<(Self, Vec<PreparationNote>), FitError> {
+    pub fn fit(
+        context: Context<'a>,
+        model: &Model,
+        mut data: PreparedLog<'a>,
+        conventions: Option<&[Convention]>,
+    ) -> Result<(Self, Recording), FitError> {
         let (system, parameters) = build::system(model, data.temp_C.is_some());
-        let (fit, notes) = fit_as_recorded(context.log, &mut data, &|data, near| match near {
+        let once = |data: &PreparedLog, near: Option<&FitResult>| match near {
             Some(near) => fit::refit_from(&system, data, near),
             None => fit::fit(&system, &parameters, data),
-        })?;
-        Ok((FittedModel::new(context, model, system, parameters, fit, data), notes))
+        };
+        let (fit, recording) = match conventions {
+            Some(conventions) => fit_by(conventions, context.log, &mut data, &once)?,
+            None => fit_as_recorded(context.log, &mut data, &once)?,
+        };
+        Ok((FittedModel::new(context, model, system, parameters, fit, data), recording))
+    }
+
+    /// The conventions of recording by which this model fits best. `data`: the logs, with none assumed.
+    ///
+    /// # Errors
+    /// The model cannot be simulated along these data.
+    pub fn best_conventions(&self, data: &PreparedLog<'a>) -> Result<Vec<Convention>, FitError> {
+        let mut data = PreparedLog { rate_from_encoder: self.data.rate_from_encoder, ..data.clone() };
+        let once = |data: &PreparedLog, near: Option<&FitResult>| fit::refit_from(&self.system, data, near.unwrap_or(&self.fit));
+        fit_as_recorded(self.context.log, &mut data, &once).map(|(_, recording)| recording.conventions)
     }
 
     /// Fits a small change of this model, from this model's values.

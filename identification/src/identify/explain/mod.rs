@@ -9,6 +9,7 @@
 //! * [`refit`] ([`candidate`], [`descent`]): the best few, fitted;
 //! * [`compare`] ([`likelihood`], [`refusal`]): evidence on whitened residuals;
 //! * [`search`] ([`stop`], [`eliminate`]): add or stop, remove what is no longer needed;
+//! * [`recorded`]: the search again, where its last model contradicts how the log was assumed to be recorded;
 //! * [`verdict`] ([`unknown_structure`], [`piecewise_linear`], [`symbolic`]): cause, or unknown structure;
 //! * [`detection`]: what the logs would have shown, where nothing is missing;
 //! * [`next_experiment`] ([`design`]): what to measure next.
@@ -36,6 +37,7 @@ pub mod next_experiment;
 mod piecewise_linear;
 mod prediction_error;
 pub mod reasons;
+mod recorded;
 mod refit;
 mod refusal;
 mod score;
@@ -66,12 +68,14 @@ use crate::identify::deadline::Deadline;
 use crate::identify::defects::defects;
 use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
 use crate::identify::fit::{FitError, Preparation, PreparedLog};
+use crate::identify::recording_conventions::Recording;
 use crate::identify::residual;
 use crate::log::Log;
 use crate::log::plausible::Defect;
 use crate::model::Model;
 use coverage::Coverage;
 use fitted_model::FittedModel;
+use recorded::search_as_recorded;
 use search_path::Search;
 
 /// Why there is no explanation.
@@ -107,10 +111,18 @@ struct Context<'a> {
     criteria: &'a Criteria,
 }
 
+/// The given model, fitted as a free run.
+struct Whitened<'a> {
+    base: FittedModel<'a>,
+    recording: Recording,
+    /// The logs, with no convention of recording assumed.
+    data: PreparedLog<'a>,
+}
+
 /// The given model, fitted, by the engine that searches from it.
 enum Start<'a> {
     /// As a free run; evidence on whitened residuals.
-    Whitened(Box<FittedModel<'a>>, Vec<PreparationNote>),
+    Whitened(Box<Whitened<'a>>),
     /// In prediction-error form.
     Predicted(Box<prediction_error::explanation::Given<'a>>),
 }
@@ -122,36 +134,43 @@ impl<'a> Start<'a> {
         {
             return Ok(Start::Predicted(Box::new(given)));
         }
-        let (base, notes) = FittedModel::fit(context, model, data)?;
-        Ok(Start::Whitened(Box::new(base), notes))
+        let (base, recording) = FittedModel::fit(context, model, data.clone(), None)?;
+        Ok(Start::Whitened(Box::new(Whitened { base, recording, data })))
     }
 
     fn free_run(&self) -> &FittedModel<'a> {
         match self {
-            Start::Whitened(base, _) => base,
+            Start::Whitened(start) => &start.base,
             Start::Predicted(given) => &given.free_run,
         }
     }
 
-    fn notes(&self) -> &[PreparationNote] {
+    fn explain(self, context: Context<'a>, model: &Model, progress: &(dyn Fn(&Progress) + Sync)) -> Result<Outcome<'a>, FitError> {
         match self {
-            Start::Whitened(_, notes) => notes,
-            Start::Predicted(given) => &given.notes,
-        }
-    }
-
-    /// The search, the verdict, and the shape of what no effect explains.
-    fn explain(self, context: Context<'a>, progress: &(dyn Fn(&Progress) + Sync)) -> Result<(Search<'a>, Verdict, Vec<Shape>), FitError> {
-        match self {
-            Start::Whitened(base, _) => {
-                let mut search = search::search(*base, progress)?;
+            Start::Whitened(start) => {
+                let Whitened { base, recording, data } = *start;
+                let (mut search, recording) = search_as_recorded(model, base, recording, data, progress)?;
                 progress(&Progress::ExaminingRemainder);
-                let (verdict, shapes) = verdict::verdict(&mut search);
-                Ok((search, verdict, shapes))
+                let (verdict, unexplained) = verdict::verdict(&mut search);
+                Ok(Outcome { search, verdict, unexplained, recorded: recording.notes })
             }
-            Start::Predicted(given) => prediction_error::explanation::explain(context, *given, progress),
+            Start::Predicted(mut given) => {
+                let recorded = std::mem::take(&mut given.notes);
+                let (search, verdict, unexplained) = prediction_error::explanation::explain(context, *given, progress)?;
+                Ok(Outcome { search, verdict, unexplained, recorded })
+            }
         }
     }
+}
+
+/// What a search found.
+struct Outcome<'a> {
+    search: Search<'a>,
+    verdict: Verdict,
+    /// The shape of what no effect explains.
+    unexplained: Vec<Shape>,
+    /// How the log was recorded, as far as its notes do not state it.
+    recorded: Vec<PreparationNote>,
 }
 
 /// Explains what `model` lacks on these logs together, by the default criteria.
@@ -200,8 +219,7 @@ pub fn explain_by(
     }
     let shifted = constants::shifted(model, &base.fit);
     let (given_data, given) = (base.data.clone(), base.fit.clone());
-    let recorded = start.notes().to_vec();
-    let (mut search, verdict, unexplained) = start.explain(context, progress)?;
+    let Outcome { mut search, verdict, unexplained, recorded } = start.explain(context, model, progress)?;
     // As the log was recorded, which the search may have found.
     let (given_data, given) = search.models.first().map_or((given_data, given), |first| (first.data.clone(), first.fit.clone()));
     let (misfits, preparation) = (residual::misfits(&log, &given_data, &given), Preparation::of(&given_data));
