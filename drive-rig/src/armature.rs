@@ -1,14 +1,15 @@
 //! The winding: quasi-static, or with its inductance.
 
-use crate::{Input, Rig, RowInput};
+use crate::{Input, Part, Rig, RowInput};
 use drive_model::{Contributions, Scalar};
 
 impl<S: Scalar> Rig<S> {
-    /// Current over `h` at a constant rate: (mean, last), A.
+    /// Current over a part of the row at a constant rate: (mean, last), A.
     #[inline]
-    pub(super) fn armature(&self, total: &Contributions<S>, motor_constant: S, omega: S, before: S, row: &RowInput, h: f64) -> (S, S) {
+    pub(super) fn armature(&self, total: &Contributions<S>, motor_constant: S, omega: S, before: S, row: &RowInput, part: Part) -> (S, S) {
+        let h = part.length_s;
         let resistance = self.base.resistance * total.resistance_factor + total.series_ohm;
-        let u_V = if self.input == Input::Voltage { row.input } else { 0.0 };
+        let u_V = if self.input == Input::Voltage { row.voltage_V(part) } else { 0.0 };
         if row.connected < 1.0 {
             let mean = self.part_time_current(total, motor_constant * omega, resistance, u_V, row.connected);
             return (mean, mean);
@@ -41,7 +42,14 @@ impl<S: Scalar> Rig<S> {
             let charge = target * zero_s + before * tau + beyond * (rest_s - tau * settled);
             return (charge / h, beyond * settled);
         }
-        (mean, last)
+        if row.voltage_slope_V == 0.0 || h == 0.0 {
+            return (mean, last);
+        }
+        // The response to the part of the voltage that rises through zero in the middle, from no current.
+        let tau_s = inductance / resistance;
+        let per_s = S::from(row.voltage_slope_V_s()) / resistance;
+        let middle_s = tau_s + 0.5 * h;
+        (mean + per_s * (middle_s * (settled / -x) - tau_s), last + per_s * ((-tau_s + 0.5 * h) + middle_s * (-settled + 1.0)))
     }
 }
 

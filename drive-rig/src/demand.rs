@@ -1,6 +1,6 @@
 //! Inverse dynamics: torque, current and voltage for a prescribed motion (`input = "theta_rad"`).
 
-use crate::{Rig, RowInput};
+use crate::{Part, Rig, RowInput};
 use drive_model::Scalar;
 
 /// Torque, current and voltage that a prescribed motion requires.
@@ -21,7 +21,7 @@ impl<S: Scalar> Rig<S> {
     pub fn demand(&self, row: &RowInput, omega: f64, alpha: f64, direction: f64, current_A: f64) -> Demand<S> {
         let rate = S::from(omega);
         let theta = S::from(row.theta.map_or(0.0, |t| t.0));
-        let x = self.point(row, 0.0, 0.0, theta, rate, S::from(current_A), S::zero());
+        let x = self.point(row, Part::BEGIN, theta, rate, S::from(current_A), S::zero());
         let total = self.contributions(&x, row, theta);
         let motor_constant = self.base.motor_constant * total.motor_factor;
         let (inertia, reaction) = self.varying_inertia(&total, self.base.inertia, rate);

@@ -71,6 +71,9 @@ pub struct RowInput {
     pub dt_s: f64,
     /// Voltage, current or torque, mean over the row; or the setpoint of the angle.
     pub input: f64,
+    /// First moment of the voltage within the row: the voltage is taken as `input` + `voltage_slope_V` (2 x − 1) at the fraction x of the row, V. Zero for
+    /// other inputs.
+    pub voltage_slope_V: f64,
     /// Fraction of the row in which the bridge connects the winding. Below 1 the winding is open in the rest, and its current zero there: a bridge that
     /// coasts in the off time of the PWM, and 0 for a motor that is disconnected.
     pub connected: f64,
@@ -97,6 +100,7 @@ impl RowInput {
             t_s,
             dt_s,
             input,
+            voltage_slope_V: 0.0,
             connected: 1.0,
             theta: None,
             temp_C: None,
@@ -106,6 +110,37 @@ impl RowInput {
             columns: [0.0; MAX_COLUMNS],
             start_s: 0.0,
         }
+    }
+
+    /// Mean of the voltage over a part of the row, V.
+    #[inline]
+    fn voltage_V(&self, part: Part) -> f64 {
+        self.input + self.voltage_slope_V * (2.0 * part.from + part.length_s / self.dt_s - 1.0)
+    }
+
+    /// Slope of the voltage, V/s.
+    #[inline]
+    fn voltage_slope_V_s(&self) -> f64 {
+        2.0 * self.voltage_slope_V / self.dt_s
+    }
+}
+
+/// A part of a row.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    /// Its begin, fraction of the row.
+    from: f64,
+    /// Its length, s.
+    length_s: f64,
+}
+
+impl Part {
+    const BEGIN: Part = Part { from: 0.0, length_s: 0.0 };
+    const END: Part = Part { from: 1.0, length_s: 0.0 };
+
+    /// Its first half.
+    fn half(self) -> Part {
+        Part { length_s: 0.5 * self.length_s, ..self }
     }
 }
 
@@ -238,9 +273,9 @@ impl<S: Scalar> Rig<S> {
 
     /// Whether a rotor at rest stays at rest with the present input.
     fn is_held(&self, state: &State<S>, row: &RowInput) -> bool {
-        let x = self.point(row, 1.0, 0.0, state.theta, self.motor_omega(state), state.current, state.heat_K);
+        let x = self.point(row, Part::END, state.theta, self.motor_omega(state), state.current, state.heat_K);
         let total = self.contributions(&x, row, state.theta);
-        let motor = self.motor(&total, x.omega, state.current, row, row.dt_s);
+        let motor = self.motor(&total, x.omega, state.current, row, Part { from: 0.0, length_s: row.dt_s });
         let shaft = self.structure.shaft.as_ref().map_or(0.0, |s| if s.gap.re() > 0.0 { 0.0 } else { s.stiffness.re() * state.twist.re() });
         (motor.torque.re() - shaft).abs() <= motor.coulomb_torque.re()
     }
@@ -248,12 +283,12 @@ impl<S: Scalar> Rig<S> {
     #[inline]
     fn advance_in(&self, state: &mut State<S>, row: &RowInput, steps: u32) -> S {
         if steps == 1 {
-            return self.step(state, row, 0.0, row.dt_s);
+            return self.step(state, row, Part { from: 0.0, length_s: row.dt_s });
         }
-        let h = row.dt_s / f64::from(steps);
+        let length_s = row.dt_s / f64::from(steps);
         let mut current = S::zero();
         for k in 0..steps {
-            current += self.step(state, row, f64::from(k) / f64::from(steps), h);
+            current += self.step(state, row, Part { from: f64::from(k) / f64::from(steps), length_s });
         }
         current / f64::from(steps)
     }
@@ -261,7 +296,7 @@ impl<S: Scalar> Rig<S> {
     /// Channel readings at the start of `row`, before lag and skew, for rate, angle and temperature rise there; `current` is the mean of the row.
     pub fn read(&self, (omega, theta, heat_K): (S, S, S), row: &RowInput, current: S) -> Reading<S> {
         let mut reading = Reading::of(omega, theta, current);
-        let x = self.point(row, 0.0, 0.0, theta, omega, current, heat_K);
+        let x = self.point(row, Part::BEGIN, theta, omega, current, heat_K);
         for effects in &self.effects {
             effects.law.measure(&effects.parameters, &x, &mut reading);
         }
@@ -277,8 +312,8 @@ impl<S: Scalar> Rig<S> {
             return state.current;
         }
         let omega = if self.structure.shaft.is_some() { state.motor_omega } else { state.omega };
-        let total = self.contributions(&self.point(row, 0.0, 0.0, state.theta, omega, state.current, state.heat_K), row, state.theta);
-        self.armature(&total, self.base.motor_constant * total.motor_factor, omega, state.current, row, 0.0).0
+        let total = self.contributions(&self.point(row, Part::BEGIN, state.theta, omega, state.current, state.heat_K), row, state.theta);
+        self.armature(&total, self.base.motor_constant * total.motor_factor, omega, state.current, row, Part::BEGIN).0
     }
 
     /// Sum of the contributions of all effects at `x`, a point of `row`, and of the regulator of a servo at the simulated angle `theta`. The regulator acts on
@@ -296,24 +331,23 @@ impl<S: Scalar> Rig<S> {
         total
     }
 
-    /// The evaluation point of the interval [from, from + h) of a row; `from` is a fraction of the row.
+    /// The evaluation point of a part of a row.
     #[inline]
-    #[expect(clippy::too_many_arguments, reason = "a point has that many coordinates")]
-    fn point(&self, row: &RowInput, from: f64, h: f64, theta: S, omega: S, current: S, heat_K: S) -> Point<S> {
-        let from_s = row.t_s + from * row.dt_s;
+    fn point(&self, row: &RowInput, part: Part, theta: S, omega: S, current: S, heat_K: S) -> Point<S> {
+        let from_s = row.t_s + part.from * row.dt_s;
         let theta = match row.theta {
-            Some((a, b)) => S::from(a + (b - a) * (from + 0.5 * h / row.dt_s)),
+            Some((a, b)) => S::from(a + (b - a) * (part.from + 0.5 * part.length_s / row.dt_s)),
             None => theta,
         };
         Point {
             from_s,
-            to_s: from_s + h,
+            to_s: from_s + part.length_s,
             start_s: row.start_s,
             theta,
             theta_measured: row.theta.is_some(),
             omega,
             current,
-            voltage: if self.input == Input::Voltage { S::from(row.input) } else { S::zero() },
+            voltage: if self.input == Input::Voltage { S::from(row.voltage_V(part)) } else { S::zero() },
             temp_C: row.temp_C.map_or(heat_K + T0_C, S::from),
             supply_ratio: row.supply_ratio,
             rate_from_encoder: row.rate_from_encoder,
@@ -322,21 +356,22 @@ impl<S: Scalar> Rig<S> {
         }
     }
 
-    /// One step of length `h` from the fraction `from` of the row on; returns the mean current over it.
+    /// One step over a part of the row; returns the mean current over it.
     #[inline]
-    fn step(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
-        if self.structure.is_plain() { self.step_plain(state, row, from, h) } else { self.step_structured(state, row, from, h) }
+    fn step(&self, state: &mut State<S>, row: &RowInput, part: Part) -> S {
+        if self.structure.is_plain() { self.step_plain(state, row, part) } else { self.step_structured(state, row, part) }
     }
 
     /// The step of a rotor with a winding: the case of most models, without copies of the whole state.
     #[inline]
-    fn step_plain(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
-        let x = self.point(row, from, 0.5 * h, state.theta, state.omega, state.current, state.heat_K);
-        let motor = self.motor(&self.contributions(&x, row, state.theta), state.omega, state.current, row, 0.5 * h);
-        let (middle, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, 0.5 * h);
-        let x = self.point(row, from, h, state.theta + turned, middle, motor.last_A, state.heat_K);
-        let motor = self.motor(&self.contributions(&x, row, state.theta + turned), middle, state.current, row, h);
-        let (omega, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, h);
+    fn step_plain(&self, state: &mut State<S>, row: &RowInput, part: Part) -> S {
+        let half = part.half();
+        let x = self.point(row, half, state.theta, state.omega, state.current, state.heat_K);
+        let motor = self.motor(&self.contributions(&x, row, state.theta), state.omega, state.current, row, half);
+        let (middle, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, half.length_s);
+        let x = self.point(row, part, state.theta + turned, middle, motor.last_A, state.heat_K);
+        let motor = self.motor(&self.contributions(&x, row, state.theta + turned), middle, state.current, row, part);
+        let (omega, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, part.length_s);
         state.omega = omega;
         state.theta += turned;
         state.current = motor.last_A;
@@ -345,16 +380,17 @@ impl<S: Scalar> Rig<S> {
 
     /// The step with shaft, bristle, winding temperature, or a law that depends on the current.
     #[inline(never)]
-    fn step_structured(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
+    fn step_structured(&self, state: &mut State<S>, row: &RowInput, part: Part) -> S {
         let start = *state;
-        let mut x = self.point(row, from, 0.5 * h, start.theta, self.motor_omega(&start), start.current, start.heat_K);
+        let half_part = part.half();
+        let mut x = self.point(row, half_part, start.theta, self.motor_omega(&start), start.current, start.heat_K);
         if self.structure.needs_current && self.input.is_voltage() {
             // The voltage may have jumped: the laws get the current that the new voltage drives.
-            x.current = self.motor(&self.contributions(&x, row, start.theta), x.omega, start.current, row, 0.5 * h).mean_A;
+            x.current = self.motor(&self.contributions(&x, row, start.theta), x.omega, start.current, row, half_part).mean_A;
         }
-        let (half, _) = self.stage(&start, &start, &self.contributions(&x, row, start.theta), row, 0.5 * h);
-        let x = self.point(row, from, h, half.theta, self.motor_omega(&half), half.current, half.heat_K);
-        let (end, current) = self.stage(&start, &half, &self.contributions(&x, row, half.theta), row, h);
+        let (half, _) = self.stage(&start, &start, &self.contributions(&x, row, start.theta), row, half_part);
+        let x = self.point(row, part, half.theta, self.motor_omega(&half), half.current, half.heat_K);
+        let (end, current) = self.stage(&start, &half, &self.contributions(&x, row, half.theta), row, part);
         *state = end;
         current
     }
@@ -364,13 +400,13 @@ impl<S: Scalar> Rig<S> {
         if self.structure.shaft.is_some() { state.motor_omega } else { state.omega }
     }
 
-    /// Motor and friction over `h` at the rate `omega`.
+    /// Motor and friction over a part of the row at the rate `omega`.
     #[inline]
-    fn motor(&self, total: &Contributions<S>, omega: S, current: S, row: &RowInput, h: f64) -> Motor<S> {
+    fn motor(&self, total: &Contributions<S>, omega: S, current: S, row: &RowInput, part: Part) -> Motor<S> {
         let motor_constant = self.base.motor_constant * total.motor_factor;
         let (drive, mean_A, last_A) = match self.input {
             Input::Voltage | Input::Setpoint => {
-                let (mean, last) = self.armature(total, motor_constant, omega, current, row, h);
+                let (mean, last) = self.armature(total, motor_constant, omega, current, row, part);
                 (motor_constant * mean, mean, last)
             }
             Input::Current => (motor_constant * row.input, S::from(row.input), S::from(row.input)),
@@ -387,11 +423,12 @@ impl<S: Scalar> Rig<S> {
         (inertia, -(self.base.inertia * total.inertia_slope * omega * omega * 0.5))
     }
 
-    /// From `start` over `h`, with the contributions `total` at the state `mid`; returns the end state and the mean current.
-    fn stage(&self, start: &State<S>, mid: &State<S>, total: &Contributions<S>, row: &RowInput, h: f64) -> (State<S>, S) {
+    /// From `start` over a part of the row, with the contributions `total` at the state `mid`; returns the end state and the mean current.
+    fn stage(&self, start: &State<S>, mid: &State<S>, total: &Contributions<S>, row: &RowInput, part: Part) -> (State<S>, S) {
         let mut end = *start;
+        let h = part.length_s;
         let omega = self.motor_omega(mid);
-        let Motor { mut torque, coulomb_torque: mut coulomb, mean_A: current, last_A } = self.motor(total, omega, start.current, row, h);
+        let Motor { mut torque, coulomb_torque: mut coulomb, mean_A: current, last_A } = self.motor(total, omega, start.current, row, part);
         end.current = last_A;
         if let (Some(thermal), None) = (&self.structure.thermal, row.temp_C) {
             let loss_W = self.base.resistance * total.resistance_factor * current * current;

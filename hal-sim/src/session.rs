@@ -318,9 +318,10 @@ impl<P: PlantPort, F: FnMut(&Row, &Truth, &sensors::Shared) -> bool> RowSink for
 }
 
 /// The columns of a session's log, in order: the time and channels of the stand.
-const COLUMNS: [&str; 13] = [
+const COLUMNS: [&str; 14] = [
     "t_s",
     "u_V",
+    "u_slope_V",
     "supply_V",
     "i_A",
     "theta_rad",

@@ -1,7 +1,7 @@
 //! Decimation of rows for a slow serial line. A decimated row is the row of a slower loop.
 //!
 //! Over each group of rows: instantaneous values are those of the first row; the voltage and the currents of motor and torquer, which are means
-//! over a row, are averaged; the limits are combined, the fault is the last one, and the age is the greatest.
+//! over a row, are averaged, with the voltage's first moment; the limits are combined, the fault is the last one, and the age is the greatest.
 
 use super::{Row, RowSink};
 use crate::config::{ConfigError, within};
@@ -41,6 +41,8 @@ impl<S: RowSink> RowSink for Decimate<S> {
         if self.count == 0 {
             *group = *row;
         } else {
+            // Sums for the moment about the middle of the group, which is known at its end.
+            group.u_slope_V += row.u_slope_V + 6.0 * f64::from(self.count) * row.u_V;
             group.u_V += row.u_V;
             group.i_A = group.i_A.zip(row.i_A).map(|(sum, i_A)| sum + i_A);
             group.torquer_A = group.torquer_A.zip(row.torquer_A).map(|(sum, torquer_A)| sum + torquer_A);
@@ -51,6 +53,7 @@ impl<S: RowSink> RowSink for Decimate<S> {
         self.count += 1;
         if self.count >= self.every {
             let scale = 1.0 / f64::from(self.count);
+            group.u_slope_V = (group.u_slope_V * scale - 3.0 * (1.0 - scale) * group.u_V) * scale;
             group.u_V *= scale;
             group.i_A = group.i_A.map(|sum| sum * scale);
             group.torquer_A = group.torquer_A.map(|sum| sum * scale);
@@ -83,6 +86,7 @@ mod tests {
                 sequence: k,
                 t_s: x,
                 u_V: x,
+                u_slope_V: 0.5,
                 i_A: Some(2.0 * x),
                 torquer_A: Some(3.0 * x),
                 theta_rad: x * x,
@@ -95,6 +99,7 @@ mod tests {
         assert_eq!(rows.len(), 2, "the third group is incomplete");
         assert_eq!((rows[1].sequence, rows[1].t_s, rows[1].theta_rad), (4, 4.0, 16.0));
         assert_eq!((rows[1].u_V, rows[1].i_A, rows[1].torquer_A), (5.5, Some(11.0), Some(16.5)));
+        assert!((rows[1].u_slope_V - 2.0).abs() < 1e-12, "the line through the rows: 1 V per row, so 2 V from the middle to the end");
         assert!(rows[1].limits.contains(Limits::CURRENT) && !rows[0].limits.contains(Limits::CURRENT));
     }
 

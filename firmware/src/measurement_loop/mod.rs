@@ -233,6 +233,7 @@ impl<'a> MeasurementLoop<'a> {
             at: k.at,
             t_s: Ticks(k.at - start).seconds(),
             u_V: duty / ticks * h.volt_per_duty(),
+            u_slope_V: next.report.duty_slope_since(&k.report) * h.volt_per_duty(),
             supply_V: k.supply_V,
             i_A,
             theta_rad: k.counts.wrapping_sub(self.zero_counts) as f64 * count_rad,

@@ -17,6 +17,8 @@ pub struct Row {
     pub t_s: f64,
     /// Commanded voltage at nominal supply, mean over [t_k, t_{k+1}), V.
     pub u_V: f64,
+    /// First moment of that voltage: u(t) ≈ `u_V` + `u_slope_V` (2 (t − t_k)/(t_{k+1} − t_k) − 1), V.
+    pub u_slope_V: f64,
     /// Supply at t_k, V.
     pub supply_V: Option<f64>,
     /// Motor current, mean over [t_k, t_{k+1}), A.

@@ -92,6 +92,8 @@ struct Output {
     duty: i16,
     /// Sum of all duties so far, `duty` included, wrapping.
     duty_sum: i32,
+    /// Sum over all ticks so far of the sum of the duties before each, wrapping.
+    duty_moment: i32,
     /// Rounding error of the last duty, which the next one makes up for, compare counts.
     rounding: f32,
 }
@@ -100,7 +102,17 @@ impl Output {
     fn off(&mut self) -> Drive {
         self.duty = 0;
         self.rounding = 0.0;
+        self.duty_moment = self.duty_moment.wrapping_add(self.duty_sum);
         Drive::Off
+    }
+
+    /// The last duty acts for further ticks.
+    fn continue_for(&mut self, ticks: u32) {
+        let (duty, n) = (i32::from(self.duty), ticks as i32);
+        // 0 + 1 + … + (n − 1), with the even factor halved first.
+        let pairs = if n & 1 == 0 { (n >> 1).wrapping_mul(n.wrapping_sub(1)) } else { n.wrapping_mul(n.wrapping_sub(1) >> 1) };
+        self.duty_moment = self.duty_moment.wrapping_add(self.duty_sum.wrapping_mul(n)).wrapping_add(duty.wrapping_mul(pairs));
+        self.duty_sum = self.duty_sum.wrapping_add(duty.wrapping_mul(n));
     }
 
     /// Rounds to whole compare counts; where a ramp is followed, rounding errors do not add up.
@@ -110,6 +122,7 @@ impl Output {
         let rounded = libm::roundf(exact);
         self.rounding = exact - rounded;
         self.duty = rounded as i16;
+        self.duty_moment = self.duty_moment.wrapping_add(self.duty_sum);
         self.duty_sum = self.duty_sum.wrapping_add(i32::from(self.duty));
         Drive::Duty(self.duty)
     }
@@ -226,6 +239,7 @@ impl SpeedLoop {
             tick: state.tick.unwrap_or(0),
             // The duty that acts from this tick on has not acted yet.
             duty_sum: state.output.duty_sum.wrapping_sub(i32::from(state.output.duty)),
+            duty_moment: state.output.duty_moment,
             position_command: state.ramp.position,
             rate_command: state.ramp.rate,
             rate: state.encoder.rate(self.config.period),
@@ -395,8 +409,7 @@ impl State {
             return;
         };
         let lost = tick.wrapping_sub(last as u32).wrapping_sub(1);
-        // The last duty has acted all along.
-        self.output.duty_sum = self.output.duty_sum.wrapping_add(i32::from(self.output.duty).wrapping_mul(lost as i32));
+        self.output.continue_for(lost);
         self.encoder.skip(period.wrapping_mul(lost));
         if !(sensed.announced_stall && self.segment.mode == Mode::Off) {
             self.supervisor.trip(Fault::Clock, tick);

@@ -15,6 +15,8 @@ pub struct Report {
     pub tick: u64,
     /// Sum of the compare counts over all ticks before this one, wrapping: see [`Report::duty_since`].
     pub duty_sum: i32,
+    /// Sum of `duty_sum` over all ticks up to this one, wrapping: see [`Report::duty_slope_since`].
+    pub duty_moment: i32,
     /// Position command at this tick, 2⁻³² counts from the counter's zero, whole counts wrapping; valid in rate and position mode.
     pub position_command: i64,
     /// Rate command at this tick, 2⁻³² counts per tick; valid in rate and position mode.
@@ -45,6 +47,20 @@ impl Report {
     /// Sum of the compare counts over the ticks from `earlier` to this one; valid up to 47 s.
     pub fn duty_since(&self, earlier: &Report) -> i32 {
         self.duty_sum.wrapping_sub(earlier.duty_sum)
+    }
+
+    /// Slope of the compare counts over the ticks from `earlier` to this one: the straight line with the same mean and the same first moment ends that much
+    /// above its mean. Zero without a tick between the reports.
+    pub fn duty_slope_since(&self, earlier: &Report) -> f64 {
+        let ticks = self.tick.wrapping_sub(earlier.tick);
+        if ticks == 0 {
+            return 0.0;
+        }
+        let n = ticks as f64;
+        // The duty of the tick that is k ticks before this one counts k times.
+        let before = self.duty_moment.wrapping_sub(earlier.duty_moment).wrapping_sub(earlier.duty_sum.wrapping_mul(ticks as i32));
+        let moment = f64::from(self.duty_since(earlier)) * (n + 1.0) - 2.0 * f64::from(before);
+        3.0 * moment / (n * n)
     }
 
     /// The position command in counts from the counter's zero, unwrapped: the value nearest to `near_counts`.

@@ -100,6 +100,29 @@ fn a_segment_acts_on_the_motor_from_exactly_its_start_tick_on() {
 }
 
 #[test]
+fn slope_of_the_duty_is_the_first_moment_of_what_acted() {
+    let mut stand = Stand::new();
+    // Steps at ticks 14 and 17, within the ten ticks from 10 on; then off, with the last duty still acting in tick 20.
+    let segments = [(0, Segment::voltage(&HW(), 2, 12, 1.0)), (5, Segment::voltage(&HW(), 14, 3, -2.0)), (15, Segment::voltage(&HW(), 17, 4, 0.5))];
+    let (mut acted, mut reports) = (vec![0], Vec::new());
+    for n in 0..40 {
+        let (drive, report) = stand.tick(segments.iter().find(|(at, _)| *at == n).map(|(_, segment)| *segment));
+        acted.push(i32::from(drive.counts()));
+        reports.push(report);
+    }
+    let mut largest = 0.0_f64;
+    for (a, b) in [(0, 10), (9, 19), (10, 20), (13, 23), (12, 15), (20, 30), (7, 8)] {
+        let n = (b - a) as f64;
+        let middle = |k: usize| (2.0 * k as f64 + 1.0) / n - 1.0;
+        let moment: f64 = acted[a..b].iter().enumerate().map(|(k, duty)| f64::from(*duty) * middle(k)).sum::<f64>() / n;
+        let slope = reports[b].duty_slope_since(&reports[a]);
+        assert!((slope - 3.0 * moment).abs() < 1e-9, "{a} to {b}: {slope} {}", 3.0 * moment);
+        largest = largest.max(slope.abs());
+    }
+    assert!(largest > 300.0, "the duties were not constant: {largest}");
+}
+
+#[test]
 fn one_segment_hands_over_to_the_next_without_a_tick_between() {
     let mut stand = Stand::new();
     stand.tick(Some(Segment::voltage(&HW(), 2, 10, 1.0)));
@@ -271,6 +294,7 @@ fn a_lost_tick_is_a_fault_and_its_duty_is_not_lost() {
     let after = stand.tick(None).1;
     assert_eq!(after.fault, Fault::Clock);
     assert_eq!(after.duty_since(&before), 375 * (after.tick - before.tick) as i32);
+    assert_eq!(after.duty_slope_since(&before), 0.0, "the duty was constant");
 }
 
 #[test]

@@ -133,7 +133,7 @@ macro_rules! channels {
 
 /// All channels. The index of a channel is its bit in [`Channels`] and its place in a frame: new channels are added at the end.
 #[rustfmt::skip]
-pub const CHANNELS: [Channel; 26] = channels! {
+pub const CHANNELS: [Channel; 27] = channels! {
     "u_V", "V", Command, Mean, Single, DefaultColumn, "commanded voltage at nominal supply", |row| Some(row.u_V);
     "supply_V", "V", Drive, Instant, Single, DefaultColumn, "supply voltage of the bridge", |row| row.supply_V;
     "i_A", "A", Drive, Mean, Single, DefaultColumn, "motor current", |row| row.i_A;
@@ -160,6 +160,7 @@ pub const CHANNELS: [Channel; 26] = channels! {
     "moment_hat_N_m", "N m", Observer, Instant, Single, Column, "estimated moment about the vertical", |row| row.observed.and_then(|o| o.moment_N_m).map(f64::from);
     "sensor_C", "°C", Dut, Held, Single, Column, "temperature of the sensor under test", |row| row.sensor_C;
     "sensor_age_s", "s", Dut, Instant, Nano, Column, "age of the sample of the sensor under test at t_k", |row| row.gyro_rad_s.map(|_| row.imu_age as f64 * 1e-7);
+    "u_slope_V", "V", Command, Mean, Single, DefaultColumn, "first moment of u_V within the row: u(t) ≈ u_V + u_slope_V (2 (t − t_k)/Δt − 1)", |row| Some(row.u_slope_V);
 };
 
 /// A set of channels.

@@ -55,6 +55,9 @@ pub fn constant(axis: Axis, shifted: &ShiftedConstant) -> String {
     )
 }
 
+/// The parameters are those of the prediction errors.
+pub const BY_PREDICTION_ERRORS: &str = "The parameters are from prediction errors: the log may be of a closed loop, where the noise of the angle returns in the input and biases a free run; the note “mode: voltage” states an open loop.";
+
 /// A remark on an evaluation as a sentence.
 pub fn remark(axis: Axis, remark: &EvaluationRemark) -> String {
     match remark {
@@ -66,6 +69,7 @@ pub fn remark(axis: Axis, remark: &EvaluationRemark) -> String {
                 axis.column("omega_rad_s")
             )
         }
+        EvaluationRemark::ByPredictionErrors => BY_PREDICTION_ERRORS.to_owned(),
         EvaluationRemark::ShiftedConstant(shifted) => constant(axis, shifted),
         EvaluationRemark::Repetition(repeated) => repetition(axis, repeated),
     }

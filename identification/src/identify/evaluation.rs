@@ -8,6 +8,7 @@ use super::fit::{
     self, FitError, FitResult, PreparedLog, Unidentifiable,
     prepare::{PreparationNote, PrepareError},
 };
+use super::predict::{by_prediction_errors, needs_prediction_errors};
 use super::recording_conventions::fit_as_recorded;
 use super::repetition::{Repetition, repetition};
 use super::residual::{self, Misfit};
@@ -39,6 +40,8 @@ pub enum EvaluationRemark {
     },
     /// A fit shifts a physical constant by a decade or more.
     ShiftedConstant(ShiftedConstant),
+    /// The parameters are those of largest likelihood of the prediction errors: the noise of the angle may return in the input.
+    ByPredictionErrors,
     /// The input repeats itself.
     Repetition(Repetition),
 }
@@ -95,6 +98,13 @@ pub fn evaluate<'a>(
         return Ok(Evaluation::ImplausibleLog(findings));
     }
     let mut result = with_best_rate_source(model, &mut data, log, treatment, &mut remarks)?;
+    if treatment != ParameterTreatment::Kept && needs_prediction_errors(log, &data, &result) {
+        let (system, _) = fit::build::system(model, data.temp_C.is_some());
+        if let Some(found) = by_prediction_errors(&system, &data, &result) {
+            result = found;
+            remarks.push(EvaluationRemark::ByPredictionErrors);
+        }
+    }
     let undetermined = undetermined_own_parameters(model, &result);
     result.unidentifiable.extend(undetermined);
     // Values on the way to the minimum prove nothing about units.

@@ -75,12 +75,7 @@ pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Resu
 ///
 /// # Errors
 /// The model cannot be simulated along the data.
-pub fn fit_by(
-    conventions: &[Convention],
-    log: &Log,
-    data: &mut PreparedLog,
-    fit: &FitData,
-) -> Result<(FitResult, Recording), FitError> {
+pub fn fit_by(conventions: &[Convention], log: &Log, data: &mut PreparedLog, fit: &FitData) -> Result<(FitResult, Recording), FitError> {
     let mut notes: Vec<PreparationNote> = conventions.iter().filter_map(|convention| apply(*convention, log, data)).collect();
     let result = fit(data, None)?;
     let result = without_outliers(data, result, fit)?;
@@ -130,11 +125,13 @@ pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Optio
     match convention {
         Convention::InputAtT => {
             let column = data.driven.column();
-            if data.input_at_t || data.driven == Input::Motion || log.notes().has_provenance(column) {
+            if data.input_at_t || data.voltage_slope_V.is_some() || data.driven == Input::Motion || log.notes().has_provenance(column) {
                 return None;
             }
             data.input_at_t = true;
             data.input = prepared_log::input(log.column(column)?, true, &data.segments).into_owned().into();
+            data.voltage_slope_V =
+                prepared_log::voltage_slope_V(log, data.driven, true, &data.segments).map(|slope| slope.into_owned().into());
             Some(PreparationNote::AssumedAtT { column })
         }
         Convention::CurrentAtT => {

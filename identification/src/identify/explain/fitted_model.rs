@@ -143,13 +143,23 @@ impl<'a> FittedModel<'a> {
     }
 
     pub fn new(context: Context<'a>, model: &Model, system: System, start: Parameters, fit: FitResult, data: PreparedLog<'a>) -> Self {
-        let mut model = model.clone();
-        // A fit may leave a physical range, which the model file does not accept: then the file keeps its value and the fit has the other.
-        for p in &fit.parameters.list {
-            let _ = model.set(&p.name, p.value);
-        }
         let noise: Vec<f64> = fit.channels.iter().map(|c| c.noise).collect();
-        FittedModel { context, model, data, system, start, weights: fit::weights(&noise), fit }
+        let mut fitted = FittedModel { context, model: model.clone(), data, system, start, weights: fit::weights(&noise), fit };
+        fitted.set_model_values();
+        fitted
+    }
+
+    /// The same model by another fit of its parameters.
+    pub fn replace_fit(&mut self, fit: FitResult) {
+        self.fit = fit;
+        self.set_model_values();
+    }
+
+    /// A fit may leave a physical range, which the model file does not accept: then the file keeps its value and the fit has the other.
+    fn set_model_values(&mut self) {
+        for p in &self.fit.parameters.list {
+            let _ = self.model.set(&p.name, p.value);
+        }
     }
 
     pub fn noise(&self) -> Vec<f64> {

@@ -68,6 +68,7 @@ use crate::identify::deadline::Deadline;
 use crate::identify::defects::defects;
 use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
 use crate::identify::fit::{FitError, Preparation, PreparedLog};
+use crate::identify::predict::{by_prediction_errors, needs_prediction_errors};
 use crate::identify::recording_conventions::Recording;
 use crate::identify::residual;
 use crate::log::Log;
@@ -220,6 +221,14 @@ pub fn explain_by(
     let shifted = constants::shifted(model, &base.fit);
     let (given_data, given) = (base.data.clone(), base.fit.clone());
     let Outcome { mut search, verdict, unexplained, recorded } = start.explain(context, model, progress)?;
+    if matches!(verdict, Verdict::Adequate | Verdict::EffectFound)
+        && let Some(last) = search.models.last_mut()
+        && needs_prediction_errors(&log, &last.data, &last.fit)
+        && let Some(found) = by_prediction_errors(&last.system, &last.data, &last.fit)
+    {
+        last.replace_fit(found);
+        search.remarks.push(Remark::ByPredictionErrors);
+    }
     // As the log was recorded, which the search may have found.
     let (given_data, given) = search.models.first().map_or((given_data, given), |first| (first.data.clone(), first.fit.clone()));
     let (misfits, preparation) = (residual::misfits(&log, &given_data, &given), Preparation::of(&given_data));

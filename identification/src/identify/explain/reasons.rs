@@ -120,6 +120,8 @@ pub enum NotVisible {
 pub enum Remark {
     /// The fit of the given model shifts a physical constant by a decade or more.
     ShiftedConstant(crate::log::plausible::ShiftedConstant),
+    /// The parameters of the last model are those of largest likelihood of the prediction errors.
+    ByPredictionErrors,
     /// A remark on the preparation of the log.
     Preparation(crate::identify::fit::prepare::PreparationNote),
     /// These effects were added last and help too little far above the noise: they were removed.

@@ -303,6 +303,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         t_s,
         known_motion,
         input: prepared_log::input(input, input_at_t, &segments),
+        voltage_slope_V: prepared_log::voltage_slope_V(log, model.input(), input_at_t, &segments),
         input_at_t,
         driven: model.input(),
         axis: model.axis(),

@@ -16,6 +16,8 @@ use crate::model::{Channel, Input};
 
 /// Interval over which the angle is compared by its increments, s. A simulated angle drifts without limit; its increments do not.
 pub const ANGLE_INCREMENT_S: f64 = 0.020;
+/// Column of the first moment of the voltage within a row.
+const VOLTAGE_SLOPE: &str = "u_slope_V";
 /// Length of a block, s; see [`HELD_OUT_PERIOD`].
 const HELD_OUT_BLOCK_S: f64 = 2.0;
 /// Blocks per period; one of them is held out.
@@ -56,6 +58,8 @@ pub struct PreparedLog<'a> {
     pub t_s: Cow<'a, [f64]>,
     /// Mean of the input over each row; the angle for a prescribed motion.
     pub input: Cow<'a, [f64]>,
+    /// First moment of the voltage within each row, V; `None`: zero.
+    pub voltage_slope_V: Option<Cow<'a, [f64]>>,
     /// The column of the input holds values at t; `input` is then the mean of two successive ones.
     pub input_at_t: bool,
     /// The motion that a rate sensor is compared with, by row; only for a prescribed motion with a rate among the outputs.
@@ -136,6 +140,7 @@ impl PreparedLog<'_> {
             t_s: self.t_s[row],
             dt_s: if inside { self.t_s[next] - self.t_s[row] } else { self.dt_s },
             input: self.input[row],
+            voltage_slope_V: self.voltage_slope_V.as_ref().map_or(0.0, |slope| slope[row]),
             connected: self.connected.as_ref().map_or(1.0, |c| c[row]),
             theta: self
                 .theta
@@ -255,6 +260,27 @@ pub fn input<'a>(column: &'a [f64], at_t: bool, segments: &[Range<usize>]) -> Co
     Cow::Owned(means)
 }
 
+/// First moment of the voltage within each row, V: the column of the stand, or that of the monotone cubic through values at t. `None` where it is not known, or
+/// the input is no voltage.
+pub fn voltage_slope_V<'a>(log: &'a Log, driven: Input, at_t: bool, segments: &[Range<usize>]) -> Option<Cow<'a, [f64]>> {
+    if driven != Input::Voltage {
+        return None;
+    }
+    if !at_t {
+        return log.column(VOLTAGE_SLOPE).map(Cow::Borrowed);
+    }
+    let column = log.column(driven.column())?;
+    let mut slopes = vec![0.0; column.len()];
+    for rows in segments {
+        let u = &column[rows.clone()];
+        for k in 0..u.len().saturating_sub(1) {
+            // Three times the mean of u (2 x − 1) over the cubic with these values and slopes at its ends.
+            slopes[rows.start + k] = 0.6 * (u[k + 1] - u[k]) - 0.05 * (monotone_slope(u, k) + monotone_slope(u, k + 1));
+        }
+    }
+    Some(slopes.into())
+}
+
 /// A prepared log without the columns borrowed from the log. For a result that owns the log: a struct cannot hold references to its own field.
 #[derive(Debug, Clone)]
 pub struct Preparation(PreparedLog<'static>);
@@ -277,6 +303,7 @@ impl Preparation {
         Preparation(PreparedLog {
             t_s: Cow::Borrowed(&[]),
             input: Cow::Borrowed(&[]),
+            voltage_slope_V: None,
             input_at_t: data.input_at_t,
             known_motion: data.known_motion.clone(),
             driven: data.driven,
@@ -307,6 +334,7 @@ impl Preparation {
         PreparedLog {
             t_s: log.own_times_s(),
             input: input(log.column(self.0.driven.column()).unwrap_or(&[]), self.0.input_at_t, &self.0.segments),
+            voltage_slope_V: voltage_slope_V(log, self.0.driven, self.0.input_at_t, &self.0.segments),
             theta: self.0.theta.and_then(|_| column(Channel::Angle)),
             current: self.0.current.and_then(|_| column(Channel::Current)),
             channels: channels.map(|c| ComparedChannel { measured: column(c.channel).unwrap_or(&[]), ..c.clone() }).collect(),

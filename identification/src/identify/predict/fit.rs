@@ -55,6 +55,10 @@ const MIN_WHITE_FALL: f64 = 0.01;
 /// Steps of the parameters at the end.
 const LAST_STEPS: usize = 10;
 
+/// Rounds of noise and parameters from a near start at most, and steps of the parameters in each.
+const NEAR_ROUNDS: usize = 12;
+const NEAR_STEPS: usize = 40;
+
 /// A system and the rows that it predicts.
 pub struct Prediction<'s, 'a> {
     /// The system.
@@ -116,6 +120,26 @@ impl<'s, 'a> Prediction<'s, 'a> {
         let noise = NoiseModel { torque_density: self.largest_density(parameters)?, channels: self.first_noise() };
         let begin = self.at(parameters, None, noise)?;
         self.fit(begin)
+    }
+
+    /// The fit of largest likelihood from parameters near it: the density at these parameters, then all that is random, and the parameters to the end;
+    /// and whether it has converged.
+    pub fn fit_near(&self, parameters: &Parameters) -> Option<(PredictionFit, bool)> {
+        let noise = NoiseModel { torque_density: self.largest_density(parameters)?, channels: self.first_noise() };
+        let floor = self.smallest_density(parameters)?;
+        let mut best = self.best_lower_density(&self.at(parameters, None, noise)?, floor)?;
+        for _ in 0..NEAR_ROUNDS {
+            let before = best.minus_2_ln_likelihood;
+            if let Some(lower) = self.best_lower_density(&best, floor).filter(|lower| lower.minus_2_ln_likelihood < before) {
+                best = lower;
+            }
+            self.refine(&mut best);
+            best = self.descend(best, NEAR_STEPS)?;
+            if best.minus_2_ln_likelihood > before - MIN_DECREASE {
+                return Some((best, true));
+            }
+        }
+        Some((best, false))
     }
 
     /// The fit of largest likelihood from a point: densities from that of the point downwards, then all that is random.

@@ -9,11 +9,14 @@
 //! * [`row_model`]: one row of the drive, linearised: transition, random torque, readings;
 //! * [`gain`]: the stationary Kalman filter of that row model;
 //! * [`adjoint`]: gradient of the likelihood by a torque or by an error of a reading at each row;
-//! * [`fit`]: parameters, q and noise of largest likelihood, from a large q downwards (homotopy).
+//! * [`fit`]: parameters, q and noise of largest likelihood, from a large q downwards (homotopy);
+//! * [`refine`]: parameters of a log whose input was made from a compared channel.
 
 pub mod adjoint;
 pub mod fit;
 pub mod gain;
+pub mod refine;
 pub mod row_model;
 
 pub use fit::PredictionFit;
+pub use refine::{by_prediction_errors, needs_prediction_errors};

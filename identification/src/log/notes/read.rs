@@ -103,6 +103,11 @@ impl Notes {
         note_of(self, "u_V").into_iter().flat_map(clauses).any(is_coasting)
     }
 
+    /// The input was not made from a measured channel: a note states that the drive had no loop. Without a note it may have had one.
+    pub fn is_open_loop(&self) -> bool {
+        self.text("mode").is_some_and(|mode| ["voltage", "off"].iter().any(|open| mode.trim().eq_ignore_ascii_case(open)))
+    }
+
     /// Quantization step of a column as a note states it, in the unit of the column.
     pub fn quantization_step(&self, column: &str) -> Option<f64> {
         if let Some((key, value)) = self.iter().find(|(k, _)| lsb_column(k) == Some(column)) {
