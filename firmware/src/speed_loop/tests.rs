@@ -103,7 +103,8 @@ fn a_segment_acts_on_the_motor_from_exactly_its_start_tick_on() {
 fn slope_of_the_duty_is_the_first_moment_of_what_acted() {
     let mut stand = Stand::new();
     // Steps at ticks 14 and 17, within the ten ticks from 10 on; then off, with the last duty still acting in tick 20.
-    let segments = [(0, Segment::voltage(&HW(), 2, 12, 1.0)), (5, Segment::voltage(&HW(), 14, 3, -2.0)), (15, Segment::voltage(&HW(), 17, 4, 0.5))];
+    let segments =
+        [(0, Segment::voltage(&HW(), 2, 12, 1.0)), (5, Segment::voltage(&HW(), 14, 3, -2.0)), (15, Segment::voltage(&HW(), 17, 4, 0.5))];
     let (mut acted, mut reports) = (vec![0], Vec::new());
     for n in 0..40 {
         let (drive, report) = stand.tick(segments.iter().find(|(at, _)| *at == n).map(|(_, segment)| *segment));

@@ -1,4 +1,4 @@
-//! `STReam`: rows in frames; which channels, how often. A selection that needs more than 80 % of the line is refused.
+//! `STReam`: rows in frames; which channels, how often. A selection that needs more than 85 % of the line is refused.
 
 use super::{Action, Done, Entry, List, entry};
 use crate::app::state::{State, Stream};
@@ -14,7 +14,7 @@ use core::fmt::{self, Write};
 use heapless::String;
 
 /// Greatest part of the line that rows may take; the rest is for replies.
-const MAX_LINE_LOAD: f64 = 0.8;
+const MAX_LINE_LOAD: f64 = 0.85;
 /// Start bit, eight data bits, stop bit.
 const BITS_PER_BYTE: f64 = 10.0;
 

@@ -85,6 +85,60 @@ pub fn covariance(problem: Problem, iterate: &Iterate, colours: &[NoiseColour], 
         9..=16 => scores::<16>(problem, iterate, colours),
         _ => scores::<32>(problem, iterate, colours),
     };
+    from_scores(&scores, equations)
+}
+
+/// Blocks into which the rows are divided for [`clustered`], and the length of a block at least, s: longer than a plateau of a usual profile.
+const BLOCKS: usize = 24;
+const MIN_BLOCK_S: f64 = 1.0;
+
+/// The covariance at an iterate from the sums of the score over blocks of rows, which may be correlated within a block in any way (cluster-robust: Liang and
+/// Zeger, Biometrika 73 (1986) 13, with the factor G/(G − p) for G blocks and p parameters). `None` where there are too few blocks.
+pub fn clustered(problem: Problem, iterate: &Iterate, equations: &NormalEquations) -> Option<Covariance> {
+    let (free, unknowns) = (iterate.parameters.free().len(), iterate.parameters.free().len() + iterate.initial_states.kinds.len());
+    let (scores, blocks) = match unknowns {
+        0..=8 => clustered_scores::<8>(problem, iterate),
+        9..=16 => clustered_scores::<16>(problem, iterate),
+        _ => clustered_scores::<32>(problem, iterate),
+    };
+    let correction = blocks as f64 / blocks.checked_sub(free).filter(|rest| *rest > 0)? as f64;
+    let mut clustered = from_scores(&scores, equations);
+    clustered.matrix *= correction;
+    Some(clustered)
+}
+
+/// Sum over the blocks of the outer products of their scores, by segment; and the number of blocks.
+fn clustered_scores<const N: usize>(problem: Problem, iterate: &Iterate) -> (Vec<DMatrix<f64>>, usize)
+where
+    Dual<N>: FitScalar,
+{
+    let Problem { system, data, weights } = problem;
+    let (parameters, initial_states) = (&iterate.parameters, &iterate.initial_states);
+    let rig = system.rig::<Dual<N>>(parameters, data.driven);
+    let free = parameters.free().len();
+    let unknowns = free + initial_states.kinds.len();
+    let rows_of_all: usize = data.segments.iter().map(ExactSizeIterator::len).sum();
+    let block_rows = (rows_of_all / BLOCKS).max((MIN_BLOCK_S / data.dt_s) as usize).max(1);
+    let (mut all, mut blocks) = (Vec::with_capacity(data.segments.len()), 0);
+    for (segment, rows) in data.segments.iter().enumerate() {
+        let mut sums = vec![SVector::<f64, N>::zeros(); rows.len().div_ceil(block_rows)];
+        let states = (initial_states.kinds.as_slice(), initial_states.values[segment].as_slice());
+        run(&rig, data, segment, states, free, &mut |channel, row, value: &Dual<N>| {
+            if let Some(target) = data.target(channel, row, rows.start).filter(|_| !data.held_out(row))
+                && let Some(slope) = value.eps.0
+            {
+                sums[(row - rows.start) / block_rows] += slope * (weights[channel] * (target - value.re));
+            }
+            true
+        });
+        blocks += sums.iter().filter(|sum| sum.iter().any(|s| *s != 0.0)).count();
+        all.push(DMatrix::from_fn(unknowns, unknowns, |i, j| sums.iter().map(|sum| sum[i] * sum[j]).sum()));
+    }
+    (all, blocks)
+}
+
+/// The sandwich H⁻¹ B H⁻¹ with the covariance of the score by segment.
+fn from_scores(scores: &[DMatrix<f64>], equations: &NormalEquations) -> Covariance {
     let (information, eliminators) = equations.reduced();
     let p = information.nrows();
     let mut b = DMatrix::<f64>::zeros(p, p);

@@ -6,7 +6,8 @@
 //! noise, and what such a run lacks is no random torque: the free run's parameters stay.
 
 use super::fit::Prediction;
-use crate::identify::fit::{self, FitResult, Iterate, PreparedLog, System};
+use crate::identify::fit::covariance::clustered;
+use crate::identify::fit::{self, FitResult, Iterate, PreparedLog, Problem, System};
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
@@ -29,7 +30,12 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
     let following = prediction.following(&found.predictor);
     let noise: Vec<f64> = found.predictor.innovation_variances.iter().map(|s| s.sqrt()).collect();
     let iterate = Iterate::new(system, &found.parameters, &following, &found.initial_states);
-    let innovations = fit::evaluate(system, &following, iterate, &noise);
+    let weights: Vec<f64> = found.predictor.innovation_variances.iter().map(|s| 1.0 / s).collect();
+    let by_blocks = clustered(Problem { system, data: &following, weights: &weights }, &iterate, &iterate.normal_equations(&weights));
+    let mut innovations = fit::evaluate(system, &following, iterate, &noise);
+    if let Some(by_blocks) = by_blocks {
+        widen(&mut innovations, &found.parameters.full_covariance(&by_blocks.matrix));
+    }
     let mut fixed = found.parameters.clone();
     fixed.list.iter_mut().for_each(|p| p.fixed = true);
     let noise: Vec<f64> = free_run.channels.iter().map(|c| c.noise).collect();
@@ -42,4 +48,18 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
         converged: free_run.converged && converged,
         ..innovations
     })
+}
+
+/// Widens the standard errors to those of another covariance, where these are larger; the correlations stay. The counting error of an encoder at rest or at a
+/// steady rate is constant or periodic, not white as the filter takes it.
+fn widen(fit: &mut FitResult, other: &nalgebra::DMatrix<f64>) {
+    let factors: Vec<f64> = (0..fit.sigmas.len())
+        .map(|k| if fit.sigmas[k] > 0.0 { (other[(k, k)].max(0.0).sqrt() / fit.sigmas[k]).max(1.0) } else { 1.0 })
+        .collect();
+    fit.sigmas.iter_mut().zip(&factors).for_each(|(sigma, factor)| *sigma *= factor);
+    for i in 0..factors.len() {
+        for j in 0..factors.len() {
+            fit.covariance[(i, j)] *= factors[i] * factors[j];
+        }
+    }
 }
