@@ -318,7 +318,7 @@ impl<P: PlantPort, F: FnMut(&Row, &Truth, &sensors::Shared) -> bool> RowSink for
 }
 
 /// The columns of a session's log, in order: the time and channels of the stand.
-const COLUMNS: [&str; 14] = [
+const COLUMNS: [&str; 15] = [
     "t_s",
     "u_V",
     "u_slope_V",
@@ -333,6 +333,7 @@ const COLUMNS: [&str; 14] = [
     "gyro_rad_s",
     "accel_x_m_s2",
     "accel_y_m_s2",
+    "sensor_age_s",
 ];
 
 /// The value of a column in a row; `turn_s` is 0 before the first whole turn.

@@ -31,6 +31,13 @@ pub static KNOWN: LazyLock<Vec<KnownColumn>> = LazyLock::new(|| {
         mean_over_row: false,
         of_drive: true,
     };
+    let age = KnownColumn {
+        name: "rate_age_s",
+        unit: "s",
+        description: "age of the reading of the rate at t_k",
+        mean_over_row: false,
+        of_drive: true,
+    };
     let channels = CHANNELS.iter().filter(|channel| channel.is_column()).map(|channel| KnownColumn {
         name: channel.name,
         unit: channel.unit,
@@ -38,7 +45,7 @@ pub static KNOWN: LazyLock<Vec<KnownColumn>> = LazyLock::new(|| {
         mean_over_row: channel.sampling == Sampling::Mean,
         of_drive: is_of_drive(channel),
     });
-    [time, torque, open].into_iter().chain(channels).collect()
+    [time, torque, open, age].into_iter().chain(channels).collect()
 });
 
 /// The channel is a command to the drive or a reading of it, once per row. The others belong to the device under test and the gyroscope, or

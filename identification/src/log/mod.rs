@@ -94,6 +94,11 @@ impl Format {
     }
 }
 
+/// Rate of the sensor under test, the age of its samples, and that of the compared rate.
+const DUT_RATE: &str = "gyro_rad_s";
+const DUT_AGE: &str = "sensor_age_s";
+const RATE_AGE: &str = "rate_age_s";
+
 impl Log {
     /// Reads the log at `path`. Columns of unknown name are not read; [`Log::ignored`] lists them.
     ///
@@ -241,6 +246,11 @@ impl Log {
         self.warnings.push(LogWarning::EvenTimes { scatter_us: (scatter_s * 1e6).round() as u64 });
     }
 
+    /// Age at t_k of the reading of the rate, s, where the log has it.
+    pub fn rate_age_s(&self) -> Option<&[f64]> {
+        self.column(RATE_AGE)
+    }
+
     /// The log with the column `name` in place of `omega_rad_s`, and with its notes: another sensor of the rate. The former rate is dropped.
     ///
     /// # Errors
@@ -253,6 +263,9 @@ impl Log {
         }
         self.columns.retain(|c| c.name != RATE);
         self.columns.iter_mut().filter(|c| c.name == name).for_each(|c| c.name = RATE.to_owned());
+        if name == DUT_RATE {
+            self.columns.iter_mut().filter(|c| c.name == DUT_AGE).for_each(|c| c.name = RATE_AGE.to_owned());
+        }
         self.notes.replace_subject(name, RATE);
         self.warnings.push(LogWarning::OtherRate { column: name.to_owned() });
         Ok(self)

@@ -25,8 +25,21 @@ pub struct KnownMotion {
     pub is_resolved: bool,
 }
 
-/// The motion at each row of the segments, by least-squares cubics through the angle (rad) within ± 20 ms; `quantum_rad` is the count of the encoder.
-pub fn along(t_s: &[f64], theta_rad: &[f64], quantum_rad: f64, segments: &[Range<usize>]) -> Vec<KnownMotion> {
+/// The measured angle as a known motion.
+pub struct MeasuredAngle<'a> {
+    /// Time of each row, s.
+    pub t_s: &'a [f64],
+    /// Angle, rad.
+    pub theta_rad: &'a [f64],
+    /// Count of the encoder, rad; 0 if the angle is continuous.
+    pub quantum_rad: f64,
+    /// Age at t_s of the reading that is compared, s; `None`: zero.
+    pub age_s: Option<&'a [f64]>,
+}
+
+/// The motion at the time of each reading of the segments, by least-squares cubics through the angle within ± 20 ms.
+pub fn along(angle: &MeasuredAngle, segments: &[Range<usize>]) -> Vec<KnownMotion> {
+    let MeasuredAngle { t_s, theta_rad, quantum_rad, age_s } = *angle;
     let mut list = vec![KnownMotion { theta_rad: 0.0, omega_rad_s: 0.0, is_resolved: false }; t_s.len()];
     let mut scatters = vec![(0.0, 0.0); t_s.len()];
     for rows in segments {
@@ -40,7 +53,9 @@ pub fn along(t_s: &[f64], theta_rad: &[f64], quantum_rad: f64, segments: &[Range
                 to += 1;
             }
             let (a, b) = (from.min(k.saturating_sub(MIN_ROWS)), to.max((k + MIN_ROWS).min(t.len() - 1)));
-            let Some((value, slope, squares)) = cubic(&t[a..=b], &y[a..=b], t[k]) else { continue };
+            let Some((value, slope, squares)) = cubic(&t[a..=b], &y[a..=b], t[k] - age_s.map_or(0.0, |age| age[rows.start + k])) else {
+                continue;
+            };
             list[rows.start + k] = KnownMotion { theta_rad: value, omega_rad_s: slope, is_resolved: symmetric(t, a, k, b) };
             scatters[rows.start + k] = (squares, (b + 1 - a) as f64 - COEFFICIENTS as f64);
         }
@@ -98,10 +113,16 @@ mod tests {
         let angle = |t: f64| 3.0 * t + (2.0 * t).sin() + 50.0 * (t - 2.0).max(0.0).powi(2);
         let rate = |t: f64| 3.0 + 2.0 * (2.0 * t).cos() + 100.0 * (t - 2.0).max(0.0);
         let theta: Vec<f64> = t_s.iter().map(|t| (angle(*t) / COUNT_RAD).floor() * COUNT_RAD).collect();
-        let motion = along(&t_s, &theta, COUNT_RAD, std::slice::from_ref(&(0..4000)));
+        let angle = MeasuredAngle { t_s: &t_s, theta_rad: &theta, quantum_rad: COUNT_RAD, age_s: None };
+        let motion = along(&angle, std::slice::from_ref(&(0..4000)));
         for (k, m) in motion.iter().enumerate().filter(|(_, m)| m.is_resolved) {
             // A count over the window, and its fit: 3 mrad/s rms.
             assert!((m.omega_rad_s - rate(t_s[k])).abs() < 0.03, "row {k}: {} {}", m.omega_rad_s, rate(t_s[k]));
+        }
+        let ages = vec![4e-3; 4000];
+        let older = along(&MeasuredAngle { age_s: Some(&ages), ..angle }, std::slice::from_ref(&(0..4000)));
+        for k in (100..3900).filter(|k| older[*k].is_resolved) {
+            assert!((older[k].omega_rad_s - rate(t_s[k] - 4e-3)).abs() < 0.03, "row {k}");
         }
         let unresolved: Vec<usize> = (100..3900).filter(|k| !motion[*k].is_resolved).collect();
         assert!(unresolved.contains(&2000) && unresolved.len() < 80, "{unresolved:?}");

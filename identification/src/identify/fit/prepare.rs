@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::angle_jumps::angle_jumps;
-use super::known_motion::{self, KnownMotion};
+use super::known_motion::{self, KnownMotion, MeasuredAngle};
 use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, held_out_rows};
 use drive_model::{Card, Requirement};
 
@@ -256,7 +256,8 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
                 channel,
                 measured,
                 mean_before_s: made.mean_before_s,
-                sample_interval_s: made.sample_interval_s,
+                // Of no account where the age is recorded.
+                sample_interval_s: made.sample_interval_s.filter(|_| log.rate_age_s().is_none()),
                 filter_hz: made.filter_hz,
                 instant: made.instant && channel == Channel::Current,
                 quantum: log.quantization_step(channel.column()),
@@ -293,8 +294,10 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let fitted_rows: Vec<usize> = jumps.into_iter().flat_map(|row| row..row + increment).collect();
     let t_s = log.own_times_s();
     let compares_sensor = model.input() == Input::Motion && compared.iter().any(|c| c.channel == Channel::Rate);
-    let known_motion: Option<Arc<[KnownMotion]>> =
-        compares_sensor.then(|| known_motion::along(&t_s, input, theta_quantum, &segments).into());
+    let known_motion: Option<Arc<[KnownMotion]>> = compares_sensor.then(|| {
+        let angle = MeasuredAngle { t_s: &t_s, theta_rad: input, quantum_rad: theta_quantum, age_s: log.rate_age_s() };
+        known_motion::along(&angle, &segments).into()
+    });
     if let Some(motion) = &known_motion {
         let unresolved = segments.iter().flat_map(|rows| &motion[rows.clone()]).filter(|m| !m.is_resolved).count();
         notes.push(PreparationNote::MotionNotResolved { rows: unresolved, of: motion.len() });
