@@ -140,8 +140,8 @@ fn coasting(notes: &[(&str, &str)]) -> Log {
 
 #[test]
 fn bridge_that_coasts_is_described_by_its_note() {
-    // The current is stated too: without its note, values at t would be assumed for a model that lacks the friction, and kept.
-    let notes = [("u_V", "coasting"), ("supply_nominal_V", "12"), ("omega_rad_s", "tachometer"), ("i_A", "mean over the row")];
+    // How the current was recorded is not stated: values at t fit better while the friction is missing, means over the row beside it.
+    let notes = [("u_V", "coasting"), ("supply_nominal_V", "12"), ("omega_rad_s", "tachometer")];
     let result = fitted(&coasting(&notes), &model("u_V", FRICTION, ""));
     near(&result, "inertia_kg_m2", MOTOR.inertia_kg_m2);
     near(&result, "motor_constant_N_m_A", MOTOR.motor_constant_N_m_A);

@@ -17,13 +17,16 @@ const MAX_CHI2_PER_N: f64 = 1.08;
 /// The noise of the angle may have returned in the input, and this fit compares its increments and leaves only noise.
 pub fn needs_prediction_errors(log: &Log, data: &PreparedLog, free_run: &FitResult) -> bool {
     let increments = !data.angle_is_absolute() && data.channels.iter().any(|c| c.channel == Channel::Angle);
-    let noise_only = free_run.channels.iter().all(|c| c.chi2_per_n() <= MAX_CHI2_PER_N);
     let may_be_in_loop = !matches!(data.driven, Input::Motion | Input::Setpoint) && !log.notes().is_open_loop();
-    may_be_in_loop && increments && noise_only && free_run.converged && !data.deadline.has_passed()
+    may_be_in_loop && increments && leaves_noise_only(free_run) && free_run.converged && !data.deadline.has_passed()
+}
+
+fn leaves_noise_only(free_run: &FitResult) -> bool {
+    free_run.channels.iter().all(|c| c.chi2_per_n() <= MAX_CHI2_PER_N)
 }
 
 /// The parameters of largest likelihood of the innovations, with their standard errors, and the free run with these parameters. `None` where the model has no
-/// prediction-error form.
+/// prediction-error form, or the free run leaves more than noise: the filter then follows an error of the simulation.
 pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitResult) -> Option<FitResult> {
     let prediction = Prediction::new(system, data);
     let (found, converged) = prediction.fit_near(&free_run.parameters)?;
@@ -40,7 +43,7 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
     fixed.list.iter_mut().for_each(|p| p.fixed = true);
     let noise: Vec<f64> = free_run.channels.iter().map(|c| c.noise).collect();
     let run = fit::refit(system, &fixed, data, &free_run.initial_states, &noise).ok()?;
-    Some(FitResult {
+    leaves_noise_only(&run).then(|| FitResult {
         channels: run.channels,
         initial_states: run.initial_states,
         chi2: run.chi2,
