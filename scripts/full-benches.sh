@@ -34,6 +34,7 @@ declare -A pieces=(
     [nulls-5]="confusion nulls 200 6801"
     [detection]="bench detection -- 120 7001"
     [coverage]="bench coverage"
+    [voltage-slope]="bench voltage_slope"
     [fits]="bench fits"
     [simulator-speed]="cargo bench -q -p hal-sim --bench times_real_time"
     [hour-of-telemetry]="cargo bench -q -p hal-sim --bench hour_of_telemetry"
