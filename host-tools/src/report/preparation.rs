@@ -56,7 +56,7 @@ pub fn constant(axis: Axis, shifted: &ShiftedConstant) -> String {
 }
 
 /// The parameters are those of the prediction errors.
-pub const BY_PREDICTION_ERRORS: &str = "The parameters are from prediction errors: the log may be of a closed loop, where the noise of the angle returns in the input and biases a free run; the note “mode: voltage” states an open loop.";
+pub const BY_PREDICTION_ERRORS: &str = "The parameters are from prediction errors: the input may be from a control loop, where the noise of the angle returns in it and biases a free run (the note “mode: voltage” states that there is none).";
 
 /// A remark on an evaluation as a sentence.
 pub fn remark(axis: Axis, remark: &EvaluationRemark) -> String {

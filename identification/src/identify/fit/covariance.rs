@@ -91,6 +91,8 @@ pub fn covariance(problem: Problem, iterate: &Iterate, colours: &[NoiseColour], 
 /// Blocks into which the rows are divided for [`clustered`], and the length of a block at least, s: longer than a plateau of a usual profile.
 const BLOCKS: usize = 24;
 const MIN_BLOCK_S: f64 = 1.0;
+/// Blocks per parameter at least: from fewer, the estimate scatters by more than the correlation that it is to show.
+const MIN_BLOCKS_PER_PARAMETER: usize = 3;
 
 /// The covariance at an iterate from the sums of the score over blocks of rows, which may be correlated within a block in any way (cluster-robust: Liang and
 /// Zeger, Biometrika 73 (1986) 13, with the factor G/(G − p) for G blocks and p parameters). `None` where there are too few blocks.
@@ -101,7 +103,10 @@ pub fn clustered(problem: Problem, iterate: &Iterate, equations: &NormalEquation
         9..=16 => clustered_scores::<16>(problem, iterate),
         _ => clustered_scores::<32>(problem, iterate),
     };
-    let correction = blocks as f64 / blocks.checked_sub(free).filter(|rest| *rest > 0)? as f64;
+    if blocks < MIN_BLOCKS_PER_PARAMETER * free.max(1) {
+        return None;
+    }
+    let correction = blocks as f64 / (blocks - free) as f64;
     let mut clustered = from_scores(&scores, equations);
     clustered.matrix *= correction;
     Some(clustered)
