@@ -94,6 +94,7 @@ impl Dirt {
                 }
             }
             Dirt::SlowInstant | Dirt::SlowMean => {
+                columns.retain(|c| c.name != "u_slope_V");
                 for column in &mut columns {
                     let instant = match column.name.as_str() {
                         "u_V" => self == Dirt::SlowInstant,
@@ -107,7 +108,7 @@ impl Dirt {
                         rows.map(|r| r.iter().sum::<f64>() / DECIMATION as f64).collect()
                     };
                 }
-                // A logger of another maker states nothing about the voltage.
+                // A logger of another maker states nothing about the voltage, and knows nothing of it within a row.
                 let kept = notes.iter().filter(|(key, _)| key != "u_V").cloned().collect::<Vec<_>>();
                 notes = Notes::from(kept);
             }

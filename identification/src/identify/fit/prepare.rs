@@ -252,12 +252,17 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         .into_iter()
         .map(|(channel, measured)| {
             let made = log.provenance(channel.column());
+            // An unknown age is as a mean over the interval before t. A recorded one is exact.
+            let age_is_known = channel == Channel::Rate && model.input() == Input::Motion && log.rate_age_s().is_some();
+            let (mean_before_s, sample_interval_s) = match made.sample_interval_s {
+                Some(_) if age_is_known => (None, None),
+                interval_s => (made.mean_before_s, interval_s),
+            };
             ComparedChannel {
                 channel,
                 measured,
-                mean_before_s: made.mean_before_s,
-                // Of no account where the age is recorded.
-                sample_interval_s: made.sample_interval_s.filter(|_| log.rate_age_s().is_none()),
+                mean_before_s,
+                sample_interval_s,
                 filter_hz: made.filter_hz,
                 instant: made.instant && channel == Channel::Current,
                 quantum: log.quantization_step(channel.column()),
