@@ -8,7 +8,7 @@ use super::fit::{
     self, FitError, FitResult, PreparedLog, Unidentifiable,
     prepare::{PreparationNote, PrepareError},
 };
-use super::predict::{by_prediction_errors, needs_prediction_errors};
+use super::predict::{by_prediction_errors, leaves_noise_only, needs_prediction_errors};
 use super::recording_conventions::fit_as_recorded;
 use super::repetition::{Repetition, repetition};
 use super::residual::{self, Misfit};
@@ -42,6 +42,11 @@ pub enum EvaluationRemark {
     ShiftedConstant(ShiftedConstant),
     /// The parameters are those of largest likelihood of the prediction errors: the noise of the angle may return in the input.
     ByPredictionErrors,
+    /// A fitted model leaves more than noise: the standard errors do not contain what is missing.
+    MoreThanNoise {
+        /// rms of the worst channel over its noise.
+        ratio: f64,
+    },
     /// The input repeats itself.
     Repetition(Repetition),
 }
@@ -127,6 +132,10 @@ pub fn evaluate<'a>(
             return Ok(Evaluation::ImplausibleLog(vec![defect]));
         }
         remarks.extend(constants::shifted(model, fitted).into_iter().map(EvaluationRemark::ShiftedConstant));
+    }
+    if treatment != ParameterTreatment::Kept && !leaves_noise_only(&result) {
+        let ratio = result.channels.iter().map(|c| c.chi2_per_n().sqrt()).fold(0.0, f64::max);
+        remarks.push(EvaluationRemark::MoreThanNoise { ratio });
     }
     remarks.extend(repetition(&data).map(EvaluationRemark::Repetition));
     let misfits = residual::misfits(log, &data, &result);

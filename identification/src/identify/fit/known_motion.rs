@@ -21,6 +21,8 @@ pub struct KnownMotion {
     pub theta_rad: f64,
     /// Rate, rad/s.
     pub omega_rad_s: f64,
+    /// Rate at the time of the reading, which is older than the row, minus that at the row, rad/s.
+    pub aged_rad_s: f64,
     /// The angle resolves the motion here: its window lies within the segment, and a cubic describes the angle.
     pub is_resolved: bool,
 }
@@ -37,10 +39,10 @@ pub struct MeasuredAngle<'a> {
     pub age_s: Option<&'a [f64]>,
 }
 
-/// The motion at the time of each reading of the segments, by least-squares cubics through the angle within ± 20 ms.
+/// The motion at each row of the segments, by least-squares cubics through the angle within ± 20 ms.
 pub fn along(angle: &MeasuredAngle, segments: &[Range<usize>]) -> Vec<KnownMotion> {
     let MeasuredAngle { t_s, theta_rad, quantum_rad, age_s } = *angle;
-    let mut list = vec![KnownMotion { theta_rad: 0.0, omega_rad_s: 0.0, is_resolved: false }; t_s.len()];
+    let mut list = vec![KnownMotion { theta_rad: 0.0, omega_rad_s: 0.0, aged_rad_s: 0.0, is_resolved: false }; t_s.len()];
     let mut scatters = vec![(0.0, 0.0); t_s.len()];
     for rows in segments {
         let (t, y) = (&t_s[rows.clone()], &theta_rad[rows.clone()]);
@@ -53,11 +55,15 @@ pub fn along(angle: &MeasuredAngle, segments: &[Range<usize>]) -> Vec<KnownMotio
                 to += 1;
             }
             let (a, b) = (from.min(k.saturating_sub(MIN_ROWS)), to.max((k + MIN_ROWS).min(t.len() - 1)));
-            let Some((value, slope, squares)) = cubic(&t[a..=b], &y[a..=b], t[k] - age_s.map_or(0.0, |age| age[rows.start + k])) else {
-                continue;
+            let Some(cubic) = Cubic::fit(&t[a..=b], &y[a..=b], t[k]) else { continue };
+            let row = rows.start + k;
+            list[row] = KnownMotion {
+                theta_rad: cubic.value(),
+                omega_rad_s: cubic.slope_at(0.0),
+                aged_rad_s: age_s.map_or(0.0, |age| cubic.slope_at(-age[row]) - cubic.slope_at(0.0)),
+                is_resolved: symmetric(t, a, k, b),
             };
-            list[rows.start + k] = KnownMotion { theta_rad: value, omega_rad_s: slope, is_resolved: symmetric(t, a, k, b) };
-            scatters[rows.start + k] = (squares, (b + 1 - a) as f64 - COEFFICIENTS as f64);
+            scatters[row] = (cubic.squares, (b + 1 - a) as f64 - COEFFICIENTS as f64);
         }
     }
     let mut variances: Vec<f64> =
@@ -75,29 +81,54 @@ fn symmetric(t: &[f64], from: usize, at: usize, to: usize) -> bool {
     (before - after).abs() <= (t[from + 1] - t[from]).max(t[to] - t[to - 1])
 }
 
-/// Value, slope and sum of squared residuals at `at` of the least-squares cubic through the points; `None` where it is not determined.
-fn cubic(t: &[f64], y: &[f64], at: f64) -> Option<(f64, f64, f64)> {
-    let (mut s, mut b) = ([0.0; 2 * COEFFICIENTS - 1], [0.0; COEFFICIENTS]);
-    let y0 = *y.first()?;
-    let scale = (t[t.len() - 1] - t[0]).max(f64::MIN_POSITIVE);
-    for (&t, &y) in t.iter().zip(y) {
-        let x = (t - at) / scale;
-        let mut power = 1.0;
-        for (k, s) in s.iter_mut().enumerate() {
-            *s += power;
-            if k < COEFFICIENTS {
-                b[k] += power * (y - y0);
+/// A least-squares cubic about a time.
+struct Cubic {
+    /// Value at the first point, to which the coefficients add.
+    offset: f64,
+    /// Coefficients over (t − at)/`scale_s`.
+    c: nalgebra::Vector4<f64>,
+    scale_s: f64,
+    /// Sum of the squared residuals.
+    squares: f64,
+}
+
+impl Cubic {
+    /// The cubic through the points, about the time `at`; `None` where it is not determined.
+    fn fit(t: &[f64], y: &[f64], at: f64) -> Option<Cubic> {
+        let (mut s, mut b) = ([0.0; 2 * COEFFICIENTS - 1], [0.0; COEFFICIENTS]);
+        let offset = *y.first()?;
+        let scale_s = (t[t.len() - 1] - t[0]).max(f64::MIN_POSITIVE);
+        for (&t, &y) in t.iter().zip(y) {
+            let x = (t - at) / scale_s;
+            let mut power = 1.0;
+            for (k, s) in s.iter_mut().enumerate() {
+                *s += power;
+                if k < COEFFICIENTS {
+                    b[k] += power * (y - offset);
+                }
+                power *= x;
             }
-            power *= x;
         }
+        let m = nalgebra::Matrix4::from_fn(|i, j| s[i + j]);
+        let c = m.lu().solve(&nalgebra::Vector4::from(b))?;
+        let residual = |(&t, &y): (&f64, &f64)| {
+            let x = (t - at) / scale_s;
+            y - offset - (c[0] + x * (c[1] + x * (c[2] + x * c[3])))
+        };
+        let squares = t.iter().zip(y).map(|point| residual(point).powi(2)).sum();
+        Some(Cubic { offset, c, scale_s, squares })
     }
-    let m = nalgebra::Matrix4::from_fn(|i, j| s[i + j]);
-    let c = m.lu().solve(&nalgebra::Vector4::from(b))?;
-    let residual = |(&t, &y): (&f64, &f64)| {
-        let x = (t - at) / scale;
-        y - y0 - (c[0] + x * (c[1] + x * (c[2] + x * c[3])))
-    };
-    Some((y0 + c[0], c[1] / scale, t.iter().zip(y).map(|point| residual(point).powi(2)).sum()))
+
+    /// Value at its time.
+    fn value(&self) -> f64 {
+        self.offset + self.c[0]
+    }
+
+    /// Slope `later_s` after its time.
+    fn slope_at(&self, later_s: f64) -> f64 {
+        let x = later_s / self.scale_s;
+        (self.c[1] + x * (2.0 * self.c[2] + x * 3.0 * self.c[3])) / self.scale_s
+    }
 }
 
 #[cfg(test)]
@@ -122,7 +153,7 @@ mod tests {
         let ages = vec![4e-3; 4000];
         let older = along(&MeasuredAngle { age_s: Some(&ages), ..angle }, std::slice::from_ref(&(0..4000)));
         for k in (100..3900).filter(|k| older[*k].is_resolved) {
-            assert!((older[k].omega_rad_s - rate(t_s[k] - 4e-3)).abs() < 0.03, "row {k}");
+            assert!((older[k].omega_rad_s + older[k].aged_rad_s - rate(t_s[k] - 4e-3)).abs() < 0.03, "row {k}");
         }
         let unresolved: Vec<usize> = (100..3900).filter(|k| !motion[*k].is_resolved).collect();
         assert!(unresolved.contains(&2000) && unresolved.len() < 80, "{unresolved:?}");

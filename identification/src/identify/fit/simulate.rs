@@ -183,7 +183,8 @@ fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize
                     let reading = rig.read((omega, theta, S::zero()), &span, S::zero());
                     let read = Row { input: &span, omega, theta, reading: &reading, current_slope_A_s: S::zero() };
                     match chains[c].as_mut().and_then(|chain| chain.push(&read)) {
-                        Some(value) if motion.is_resolved => value,
+                        // The chain has its time constants in evenly spaced rows; the age changes from row to row.
+                        Some(value) if motion.is_resolved => value + motion.aged_rad_s,
                         _ => continue,
                     }
                 }

@@ -21,7 +21,8 @@ pub fn needs_prediction_errors(log: &Log, data: &PreparedLog, free_run: &FitResu
     may_be_in_loop && increments && leaves_noise_only(free_run) && free_run.converged && !data.deadline.has_passed()
 }
 
-fn leaves_noise_only(free_run: &FitResult) -> bool {
+/// The free run leaves no more than noise in any channel.
+pub fn leaves_noise_only(free_run: &FitResult) -> bool {
     free_run.channels.iter().all(|c| c.chi2_per_n() <= MAX_CHI2_PER_N)
 }
 
