@@ -71,7 +71,7 @@ pub fn remark(axis: Axis, remark: &EvaluationRemark) -> String {
         }
         EvaluationRemark::MoreThanNoise { ratio } => format!(
             "The model leaves {} × the noise in its worst channel. The ± are those of noise of that size; what the model lacks may have shifted the parameters by more.",
-            numbers::plain(*ratio, 3)
+            numbers::significant(*ratio, 3)
         ),
         EvaluationRemark::ByPredictionErrors => BY_PREDICTION_ERRORS.to_owned(),
         EvaluationRemark::ShiftedConstant(shifted) => constant(axis, shifted),
