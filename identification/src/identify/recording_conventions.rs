@@ -75,12 +75,7 @@ pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Resu
 ///
 /// # Errors
 /// The model cannot be simulated along the data.
-pub fn fit_by(
-    conventions: &[Convention],
-    log: &Log,
-    data: &mut PreparedLog,
-    fit: &FitData,
-) -> Result<(FitResult, Recording), FitError> {
+pub fn fit_by(conventions: &[Convention], log: &Log, data: &mut PreparedLog, fit: &FitData) -> Result<(FitResult, Recording), FitError> {
     let mut notes: Vec<PreparationNote> = conventions.iter().filter_map(|convention| apply(*convention, log, data)).collect();
     let result = fit(data, None)?;
     let result = without_outliers(data, result, fit)?;
