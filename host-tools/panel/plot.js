@@ -39,7 +39,7 @@ export class Plot {
     return Math.max(260, this.parent.clientWidth);
   }
 
-  /** @param {ArrayLike<number>[]} data time, then each series; a zoomed plot keeps its range */
+  /** @param {any} data arrays: time, then each series; a zoomed plot keeps its range */
   set(data) {
     this.plot.setData(data, !this.isZoomed);
     if (this.isZoomed) this.plot.redraw();

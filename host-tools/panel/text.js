@@ -59,7 +59,6 @@ export const TEXT = {
   explain: ["Explain", "Пояснити"],
   cancel: ["Cancel", "Скасувати"],
   running: ["running", "виконується"],
-  cancelled: ["cancelled", "скасовано"],
   parameters: ["Parameters", "Параметри"],
   parameter: ["parameter", "параметр"],
   unit: ["unit", "одиниця"],

@@ -120,7 +120,9 @@ fn server_that_hangs_loses_the_drive_and_does_not_resume_it() {
     let outside = Panel::new(folder.path(), &["--port", &served.port, "--folder", "outside"]);
     let mut page = outside.page();
     page.drive(&outside);
-    let signal = |name: &str| assert!(std::process::Command::new("kill").args(["-s", name, &outside.child.id().to_string()]).status().unwrap().success());
+    let signal = |name: &str| {
+        assert!(std::process::Command::new("kill").args(["-s", name, &outside.child.id().to_string()]).status().unwrap().success())
+    };
     signal("STOP");
     std::thread::sleep(1500 * MS);
     signal("CONT");
@@ -148,7 +150,8 @@ fn line_that_is_pulled_is_reported_and_the_server_lives() {
 fn record(panel: &Panel, page: &mut Page, seconds: f64, more: &Value) -> Value {
     page.say(TAKE);
     page.until(|page| page.state["driver"] == page.state["client"], true);
-    let mut request = json!({"client": page.client(), "profile": "multi-step", "mode": "rate", "amplitude": 15.0, "seconds": seconds, "seed": 1});
+    let mut request =
+        json!({"client": page.client(), "profile": "multi-step", "mode": "rate", "amplitude": 15.0, "seconds": seconds, "seed": 1});
     for (key, value) in more.as_object().unwrap() {
         request[key] = value.clone();
     }

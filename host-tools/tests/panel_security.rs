@@ -49,7 +49,8 @@ fn foreign_hosts_and_origins_are_refused_for_every_method_and_no_byte_reaches_th
     let host = format!("Host: 127.0.0.1:{}\r\n", panel.port);
     let origin = format!("Origin: http://127.0.0.1:{}\r\n", panel.port);
     let key = format!("Authorization: Bearer {}\r\n", panel.token);
-    let upgrade = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    let upgrade =
+        "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
     let kinds = [
         ("GET /api/session", "", ""),
         ("POST /api/stop", "Content-Length: 2\r\n", "{}"),
@@ -62,10 +63,12 @@ fn foreign_hosts_and_origins_are_refused_for_every_method_and_no_byte_reaches_th
     let mut walked = 0;
     for (request, more, body) in kinds {
         let changes = !request.starts_with("GET") || !more.is_empty();
-        let heads = foreign("Host", "", panel.port)
-            .into_iter()
-            .map(|host| (host, origin.clone()))
-            .chain(foreign("Origin", "http://", panel.port).into_iter().filter(|lines| changes || !lines.is_empty()).map(|origin| (host.clone(), origin)));
+        let heads = foreign("Host", "", panel.port).into_iter().map(|host| (host, origin.clone())).chain(
+            foreign("Origin", "http://", panel.port)
+                .into_iter()
+                .filter(|lines| changes || !lines.is_empty())
+                .map(|origin| (host.clone(), origin)),
+        );
         for (host, origin) in heads {
             let head = format!("{request} HTTP/1.1\r\n{host}{origin}{key}{more}\r\n{body}");
             let status = panel.raw(head.as_bytes());
@@ -107,7 +110,14 @@ fn token_is_required_for_data_and_compared_as_a_whole() {
     assert_eq!(panel.token.len(), 64, "256 bits");
     assert_eq!(status(&right), 200);
     let half = format!("Authorization: Bearer {}\r\n", &panel.token[..32]);
-    for wrong in ["", "Authorization: Bearer \r\n", "Authorization: Bearer 0\r\n", &half, &right.replace("Bearer", "Basic"), &right.repeat(2).replacen("Bearer", "bearer", 1)] {
+    for wrong in [
+        "",
+        "Authorization: Bearer \r\n",
+        "Authorization: Bearer 0\r\n",
+        &half,
+        &right.replace("Bearer", "Basic"),
+        &right.repeat(2).replacen("Bearer", "bearer", 1),
+    ] {
         let status = status(wrong);
         assert!((400..500).contains(&status), "{wrong:?}: {status}");
     }
@@ -122,7 +132,8 @@ fn socket_without_a_token_is_closed_after_two_seconds_and_reads_nothing() {
     let panel = Panel::new(folder.path(), &[]);
     let own = format!("Host: 127.0.0.1:{}\r\nOrigin: http://127.0.0.1:{}\r\n", panel.port, panel.port);
     let mut stream = TcpStream::connect(("127.0.0.1", panel.port)).unwrap();
-    let upgrade = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    let upgrade =
+        "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
     stream.write_all(format!("GET /socket HTTP/1.1\r\n{own}{upgrade}\r\n").as_bytes()).unwrap();
     let begun = Instant::now();
     let mut all = Vec::new();
@@ -155,7 +166,18 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
     std::fs::write(folder.path().join("secret.csv"), "t_s,u_V\n0,1\n").unwrap();
     let panel = Panel::new(folder.path(), &[]);
     std::os::unix::fs::symlink(folder.path().join("secret.csv"), folder.path().join("panel/link.csv")).unwrap();
-    for name in ["../secret.csv", "..%2fsecret.csv", "%2e%2e%2fsecret.csv", "/etc/passwd", "%2Fetc%2Fpasswd", "link.csv", "a%00b", "%3Cimg%20src=x%3E.csv", ".", ""] {
+    for name in [
+        "../secret.csv",
+        "..%2fsecret.csv",
+        "%2e%2e%2fsecret.csv",
+        "/etc/passwd",
+        "%2Fetc%2Fpasswd",
+        "link.csv",
+        "a%00b",
+        "%3Cimg%20src=x%3E.csv",
+        ".",
+        "",
+    ] {
         for path in ["log", "answer", "model", "effect"] {
             let (status, answer) = panel.request("GET", &format!("{path}?name={name}"), "");
             assert!((400..500).contains(&status), "{path} {name}: {status}");
@@ -196,8 +218,25 @@ fn slow_and_random_clients_leave_the_server_alive() {
     assert_eq!(panel.request("GET", "session", "").0, 200, "while 60 heads are open");
     let mut random = Xoshiro256PlusPlus::seed_from_u64(21);
     let words = [
-        "GET ", "POST ", "/api/stop", "/socket", "/", " HTTP/1.1", "\r\n", "\r\n\r\n", "Host: ", "127.0.0.1", "Origin: ", "null", "Content-Length: ", "99999999999", "-1",
-        "Transfer-Encoding: chunked", "\0", "\u{fe}", "Upgrade: websocket",
+        "GET ",
+        "POST ",
+        "/api/stop",
+        "/socket",
+        "/",
+        " HTTP/1.1",
+        "\r\n",
+        "\r\n\r\n",
+        "Host: ",
+        "127.0.0.1",
+        "Origin: ",
+        "null",
+        "Content-Length: ",
+        "99999999999",
+        "-1",
+        "Transfer-Encoding: chunked",
+        "\0",
+        "\u{fe}",
+        "Upgrade: websocket",
     ];
     for _ in 0..1000 {
         let mut stream = TcpStream::connect(("127.0.0.1", panel.port)).unwrap();

@@ -9,6 +9,10 @@ use super::output::print;
 use super::signals::Interrupts;
 use crate::panel::{self, PanelError};
 
+/// Seed of the simulated stand's noise.
+#[cfg(unix)]
+const SEED: u64 = 1;
+
 /// Show a stand on a page of this computer, drive it, record, compare and explain.
 #[derive(Debug, Args)]
 pub(super) struct Panel {
@@ -21,9 +25,6 @@ pub(super) struct Panel {
     /// Effect that the simulated stand has and its model lacks: a name, or a seed that draws one
     #[arg(long, value_name = "SEED|EFFECT", allow_negative_numbers = true)]
     hidden: Option<String>,
-    /// Seed of the simulated stand's noise
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
     /// Folder of the session: logs, models, answers, commands.txt
     #[arg(long, value_name = "FOLDER", default_value = "panel")]
     folder: PathBuf,
@@ -63,7 +64,7 @@ impl Panel {
 
         let mut stand = read_stand(self.stand.as_deref())?;
         hide_effect(self.hidden.as_deref(), &mut stand)?;
-        let simulated = panel::SimulatedStand::start(stand, self.seed).map_err(|error| CliError::Other(error.to_string()))?;
+        let simulated = panel::SimulatedStand::start(stand, SEED).map_err(|error| CliError::Other(error.to_string()))?;
         serve(simulated.port())
     }
 
