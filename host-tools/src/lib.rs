@@ -1,7 +1,7 @@
 //! The host side of the rotary stand: sessions, analyses and reports behind the command `stand`, on the library `identification`.
 //!
 //! Layers, lowest first: [`acquire`]; the analyses [`allan`], [`calibrate`], [`compensate`], [`drift`], [`observer`] and [`stability`], which return data;
-//! [`report`], which makes text, HTML and JSON of them and of [`identify`]; [`command`].
+//! [`report`], which makes text, HTML and JSON of them and of [`identify`]; [`panel`], which serves a page; [`command`].
 
 pub mod acquire;
 pub mod allan;
@@ -10,6 +10,7 @@ pub mod command;
 pub mod compensate;
 pub mod drift;
 pub mod observer;
+pub mod panel;
 pub mod report;
 pub mod stability;
 

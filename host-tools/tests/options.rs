@@ -14,6 +14,8 @@ mod drift_words;
 mod import_words;
 #[path = "common/observer_words.rs"]
 mod observer_words;
+#[path = "common/panel.rs"]
+mod panel;
 #[path = "common/records_words.rs"]
 mod records_words;
 #[path = "common/stability_words.rs"]
@@ -35,7 +37,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 118] = [
+const WORDS: [(&str, Check); 121] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -162,6 +164,29 @@ const WORDS: [(&str, Check); 118] = [
         let said = common::command(f, &["console", "--port", &one.port, "--json", "-"]).stdin(script).output().unwrap().stdout;
         let said: Value = serde_json::from_slice(&said).unwrap();
         assert_eq!(said[0]["replies"][0], "1");
+    }),
+    ("panel --help", help_everywhere),
+    #[cfg(unix)]
+    ("panel --port --folder --listen", |f| {
+        let one = Served::new(f, &[]);
+        let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let shown = panel::Panel::new(f, &["--port", &one.port, "--folder", "session", "--listen", &free.to_string()]);
+        assert_eq!(shown.port, free);
+        assert_eq!(shown.page().state["port"], one.port.as_str());
+        assert!(f.join("session/model.toml").exists() && f.join("session/commands.txt").exists());
+        let taken = stand(f, &["panel", "--port", &one.port]);
+        assert!(taken.status == Some(2) && taken.err.contains("uses this port"), "{taken:?}");
+    }),
+    #[cfg(unix)]
+    ("panel --stand --hidden", |f| {
+        std::fs::write(f.join("panel-stand.toml"), "[drive]\nsupply_V = 9.5\n").unwrap();
+        let shown = panel::Panel::new(f, &["--stand", "panel-stand.toml", "--hidden", "cogging"]);
+        let supply = shown.page().command(&shown, "MEASure:SUPPly?")["replies"][0].as_str().unwrap().parse::<f64>().unwrap();
+        assert!((supply - 9.5).abs() < 0.2, "{supply}");
+        for word in ["--stand", "--hidden"] {
+            let refused = stand(f, &["panel", word, "nothing"]);
+            assert!(refused.status == Some(2) && refused.err.lines().count() == 1, "{refused:?}");
+        }
     }),
     ("record --help", help_everywhere),
     #[cfg(unix)]

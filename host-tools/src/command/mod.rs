@@ -23,6 +23,7 @@ mod import;
 mod model;
 mod observer;
 mod output;
+mod panel;
 mod profile;
 mod record;
 mod records;
@@ -79,6 +80,8 @@ enum Command {
     Settings(settings::Settings),
     /// Open a command console to a stand over its serial port
     Console(console::Console),
+    /// Show a stand on a page of this computer: drive it, record, compare, explain
+    Panel(panel::Panel),
     /// Run a profile on a stand and record its measurements
     Record(record::Record),
     /// Measure the drift of a gyroscope with torque pulses of alternating sign, or compute it from logs
@@ -135,6 +138,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Compensate(compensate)) => compensate.run(),
         Some(Command::Settings(settings)) => settings.run(),
         Some(Command::Console(console)) => console.run(),
+        Some(Command::Panel(panel)) => panel.run(),
         Some(Command::Record(record)) => record.run(),
         Some(Command::Drift(drift)) => drift.run(),
         Some(Command::Allan(allan)) => allan.run(),

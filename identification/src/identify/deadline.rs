@@ -1,30 +1,49 @@
-//! The time by which an analysis has to end with its best answer so far.
+//! The time by which an analysis has to end with its best answer so far, and a switch that ends it at once.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// A point in time, or none. Minimisations and searches ask it before each step.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Deadline(Option<Instant>);
+/// A point in time, or none, and a switch. Minimisations and searches ask it before each step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Deadline {
+    end: Option<Instant>,
+    /// True ends the analysis. Static, because the deadline is copied into everything that an analysis builds.
+    cancelled: Option<&'static AtomicBool>,
+}
 
 impl Deadline {
     /// The analysis may take as long as it needs.
-    pub const NEVER: Deadline = Deadline(None);
+    pub const NEVER: Deadline = Deadline { end: None, cancelled: None };
 
     /// So many seconds from now on; `None`: never. A time beyond the clock's range is never, too.
     pub fn after_s(seconds: Option<f64>) -> Deadline {
         let length = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-        Deadline(length.and_then(|length| Instant::now().checked_add(length)))
+        Deadline { end: length.and_then(|length| Instant::now().checked_add(length)), cancelled: None }
+    }
+
+    /// The same, or earlier: when `cancelled` becomes true.
+    pub fn or_when(self, cancelled: &'static AtomicBool) -> Deadline {
+        Deadline { cancelled: Some(cancelled), ..self }
     }
 
     /// It is over.
     pub fn has_passed(self) -> bool {
-        self.0.is_some_and(|end| Instant::now() >= end)
+        self.end.is_some_and(|end| Instant::now() >= end) || self.cancelled.is_some_and(|cancelled| cancelled.load(Ordering::Relaxed))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn switch_ends_a_deadline_that_never_passes() {
+        static CANCELLED: AtomicBool = AtomicBool::new(false);
+        let deadline = Deadline::NEVER.or_when(&CANCELLED);
+        assert!(!deadline.has_passed());
+        CANCELLED.store(true, Ordering::Relaxed);
+        assert!(deadline.has_passed());
+    }
 
     #[test]
     fn deadline_passes_and_never_does_not() {

@@ -35,13 +35,13 @@ const CLOSE_TIMEOUT: Duration = Duration::from_millis(300);
 const STAND_IDENTITY: &str = "rotary stand";
 
 /// Query that ends an exchange: the oldest error, and the version of SCPI as a mark that no other reply has behind an error.
-const END_QUERY: &str = "SYSTem:ERRor?;:SYSTem:VERSion?";
+pub const END_QUERY: &str = "SYSTem:ERRor?;:SYSTem:VERSion?";
 /// End of the reply to [`END_QUERY`].
 const END_MARK: &str = "1999.0";
 /// Error code of a line that was damaged in transmission.
 const DAMAGED_LINE: &str = "-362,";
 /// Attempts to send a damaged line.
-const MAX_ATTEMPTS: u32 = 4;
+pub const MAX_ATTEMPTS: u32 = 4;
 /// Attempts to identify the stand.
 const MAX_IDENTIFICATIONS: u32 = 6;
 
@@ -52,6 +52,48 @@ pub struct Reply {
     pub lines: Vec<String>,
     /// Errors in the stand's queue afterwards, the oldest first.
     pub errors: Vec<String>,
+}
+
+impl Reply {
+    /// The line was damaged in transmission and was not executed.
+    pub fn is_damaged(&self) -> bool {
+        self.errors.iter().any(|error| error.starts_with(DAMAGED_LINE))
+    }
+}
+
+/// The reply to a line that was sent with [`END_QUERY`] behind it, as far as it has arrived.
+#[derive(Debug, Default)]
+pub struct Exchange {
+    /// The reply so far.
+    pub reply: Reply,
+}
+
+/// What follows a received line of an exchange.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExchangeStep {
+    /// More lines follow.
+    NextLine,
+    /// The queue of errors has another one: [`END_QUERY`] is sent again.
+    AskAgain,
+    /// The reply is complete.
+    Complete,
+}
+
+impl Exchange {
+    /// Takes the next line of text.
+    pub fn take(&mut self, line: String) -> ExchangeStep {
+        match line.rsplit_once(';') {
+            Some((error, END_MARK)) if error.starts_with("0,") && error.ends_with('"') => return ExchangeStep::Complete,
+            Some((error, END_MARK)) if error.ends_with('"') => {
+                self.reply.errors.push(error.to_owned());
+                return ExchangeStep::AskAgain;
+            }
+            // During a stream, errors are reported at once; they are in the queue too.
+            _ if line.starts_with("ERROR ") => {}
+            _ => self.reply.lines.push(without_block_head(&line).to_owned()),
+        }
+        ExchangeStep::NextLine
+    }
 }
 
 /// A serial line with a stand at its other end.
@@ -217,7 +259,7 @@ impl SerialLink {
     pub fn exchange(&mut self, command: &str, timeout: Duration) -> Result<Reply, LinkError> {
         for _ in 0..MAX_ATTEMPTS {
             let reply = self.exchange_once(command, timeout)?;
-            if !reply.errors.iter().any(|error| error.starts_with(DAMAGED_LINE)) {
+            if !reply.is_damaged() {
                 return Ok(reply);
             }
         }
@@ -228,25 +270,20 @@ impl SerialLink {
         // Unsolicited lines are not part of the reply.
         self.received.retain(|received| !matches!(received, Received::Line(_)));
         self.send(command)?;
-        let mut reply = Reply::default();
+        let mut exchange = Exchange::default();
         loop {
             self.send(END_QUERY)?;
             let deadline = Instant::now() + timeout;
-            let error = loop {
+            loop {
                 let Some(line) = self.line(deadline)? else {
                     return Err(LinkError::NoReply { port: self.name(), query: command.to_owned() });
                 };
-                match line.rsplit_once(';') {
-                    Some((error, mark)) if mark == END_MARK && error.ends_with('"') => break error.to_owned(),
-                    // During a stream, errors are reported at once; they are in the queue too.
-                    _ if line.starts_with("ERROR ") => {}
-                    _ => reply.lines.push(without_block_head(&line).to_owned()),
+                match exchange.take(line) {
+                    ExchangeStep::NextLine => {}
+                    ExchangeStep::AskAgain => break,
+                    ExchangeStep::Complete => return Ok(exchange.reply),
                 }
-            };
-            if error.starts_with("0,") {
-                return Ok(reply);
             }
-            reply.errors.push(error);
         }
     }
 
@@ -385,7 +422,7 @@ pub fn drives(line: &str) -> bool {
 }
 
 /// Maximum length of a line to the stand without its line feed, bytes.
-const MAX_LINE: usize = 200;
+pub const MAX_LINE: usize = 200;
 /// Length of the checksum: `~` and eight hexadecimal digits.
 const CHECKSUM: usize = 9;
 

@@ -188,6 +188,21 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&Progress) + Sy
 /// [`ExplainError`].
 pub fn explain_by(
     criteria: Criteria,
+    logs: Vec<Log>,
+    model: &Model,
+    progress: &(dyn Fn(&Progress) + Sync),
+) -> Result<Explanation, ExplainError> {
+    let deadline = Deadline::after_s(criteria.search.time_limit_s);
+    explain_until(deadline, criteria, logs, model, progress)
+}
+
+/// As [`explain_by`], with a deadline in place of the time limit of the criteria.
+///
+/// # Errors
+/// [`ExplainError`].
+pub fn explain_until(
+    deadline: Deadline,
+    criteria: Criteria,
     mut logs: Vec<Log>,
     model: &Model,
     progress: &(dyn Fn(&Progress) + Sync),
@@ -205,7 +220,7 @@ pub fn explain_by(
     let (log, log_rows) = join_logs::join(logs, &criteria.joining)?;
     let context = Context { log: &log, log_rows: &log_rows, criteria: &criteria };
     let (mut data, remarks) = prepare::prepare(&log, model, true)?;
-    data.deadline = Deadline::after_s(criteria.search.time_limit_s);
+    data.deadline = deadline;
     // The evidence is that of increments, whose errors do not accumulate.
     data.absolute_angle = false;
     progress(&Progress::FittingGiven);

@@ -1,0 +1,33 @@
+// Small helpers for elements. Text is always set as text: file names, notes and replies of a stand are data.
+
+/**
+ * An element with properties and children.
+ * @param {string} tag
+ * @param {Record<string, any>} [properties] attributes; `on…` are listeners
+ * @param {...(Node|string|number|null)} children
+ * @returns {any}
+ */
+export function element(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else if (value === true) made.setAttribute(name, "");
+    else if (value !== false && value != null) made.setAttribute(name, String(value));
+  }
+  made.append(...children.filter((child) => child != null).map((child) => (child instanceof Node ? child : String(child))));
+  return made;
+}
+
+/** @param {string} id @returns {any} */
+export function byId(id) {
+  return document.getElementById(id);
+}
+
+/** A table with a caption. The cells of numbers are right-aligned.
+ * @param {string} caption @param {string[]} heads @param {(Node|string|number)[][]} rows */
+export function table(caption, heads, rows) {
+  const cell = (/** @type {any} */ value) => element("td", typeof value === "number" ? { class: "number" } : {}, value);
+  return element("table", {}, element("caption", { class: "faint" }, caption),
+    element("thead", {}, element("tr", {}, ...heads.map((head) => element("th", { scope: "col" }, head)))),
+    element("tbody", {}, ...rows.map((row) => element("tr", {}, ...row.map(cell)))));
+}

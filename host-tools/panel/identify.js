@@ -1,0 +1,240 @@
+// The loop: model, compare, explain, candidates, add an effect, and the staircase of the error.
+import { on, readLog, request } from "./connection.js";
+import { byId, element, table } from "./dom.js";
+import { unitOf } from "./live.js";
+import { Plot } from "./plot.js";
+import { number, parse, text } from "./text.js";
+
+let log = "";
+let model = "model.toml";
+/** @type {any} */
+let parameters = null;
+/** @type {{answer: string, effects: string[], ratio: number, kind: string}[]} */
+let steps = [];
+/** @type {Plot[]} */
+let plots = [];
+/** @type {any} the answer that is shown */
+let shown = null;
+let handled = 0;
+
+/** @param {() => Promise<any>} action */
+async function attempt(action) {
+  const place = byId("identify-error");
+  place.hidden = true;
+  try {
+    await action();
+  } catch (error) {
+    place.textContent = /** @type {Error} */ (error).message;
+    place.hidden = false;
+  }
+}
+
+const button = (/** @type {string} */ key, /** @type {() => Promise<any>} */ action, /** @type {any} */ more = {}) =>
+  element("button", { type: "button", onclick: () => attempt(action), ...more }, text(key));
+
+export async function buildIdentify() {
+  byId("view-identify").replaceChildren(
+    element("p", { id: "identify-error", class: "error", role: "alert", hidden: true }),
+    element("div", { class: "row" },
+      element("label", {}, text("log"), element("select", { id: "log-choice", onchange: (/** @type {any} */ e) => { log = e.target.value; } })),
+      element("label", {}, text("model"), element("select", { id: "model-choice", onchange: (/** @type {any} */ e) => { model = e.target.value; attempt(loadModel); } })),
+      button("compare", () => start("compare", {}), { id: "compare", class: "main" }),
+      button("fit", () => start("compare", { fit: true }), { id: "fit" }),
+      button("explain", () => start("explain", {}), { id: "explain" }),
+      element("span", { id: "job-identify", class: "row", hidden: true }, element("span", { class: "job-stage", role: "status" }), button("cancel", () => request("cancel", {}), { id: "cancel" }))),
+    element("div", { class: "two" },
+      element("div", {}, element("section", { id: "staircase", "aria-label": text("staircase") }), element("section", { id: "model" })),
+      element("div", {}, element("section", { id: "effect" }), element("section", { id: "answer", "aria-live": "polite" }))));
+  await loadSession();
+}
+
+async function loadSession() {
+  const session = await request("session");
+  const fill = (/** @type {string} */ id, /** @type {{name: string}[]} */ files, /** @type {string} */ chosen, /** @type {string} */ none) => {
+    const names = files.map(({ name }) => name);
+    const value = names.includes(chosen) ? chosen : (names.at(-1) ?? "");
+    byId(id).replaceChildren(...(names.length === 0 ? [element("option", { value: "" }, text(none))] : names.map((name) => element("option", { value: name, selected: name === value }, name))));
+    return value;
+  };
+  log = fill("log-choice", session.logs, log, "no_log");
+  model = fill("model-choice", session.models, model, "model");
+  if (steps.length === 0) await restore(session.answers.map((/** @type {any} */ file) => file.name));
+  await loadModel();
+  showStaircase();
+  if (shown) showAnswer(shown);
+}
+
+/** The staircase of earlier comparisons: the answers are files of the session. @param {string[]} names */
+async function restore(names) {
+  const order = (/** @type {string} */ name) => Number(name.match(/-(\d+)\.json$/)?.[1] ?? 0);
+  const own = names.filter((name) => /^(compare|fit)-\d+\.json$/.test(name)).sort((a, b) => order(a) - order(b));
+  for (const name of own.slice(-20)) addStep(name, await request(`answer?name=${name}`));
+}
+
+const worst = (/** @type {any} */ answer) => Math.max(...Object.values(answer.outputs).map((/** @type {any} */ output) => output.ratio ?? 0));
+
+/** @param {string} name @param {any} answer */
+function addStep(name, answer) {
+  if (!answer.outputs || steps.some((step) => step.answer === name)) return;
+  steps.push({ answer: name, effects: answer.model_effects ?? [], ratio: worst(answer), kind: name.split("-")[0] });
+}
+
+/** @param {string} path @param {any} more */
+async function start(path, more) {
+  if (log === "") throw new Error(text("no_log"));
+  await request(path, { log, model, ...more });
+}
+
+async function loadModel() {
+  parameters = await request(`model?name=${encodeURIComponent(model)}`);
+  showModel();
+}
+
+/** @param {any} change */
+async function edit(change) {
+  parameters = await request("model", { name: model, ...change });
+  showModel();
+}
+
+function showModel() {
+  const entries = Object.entries(parameters.parameters);
+  const rows = entries.map(([name, p]) => [name, element("input", { "data-parameter": name, value: number(p.value, 9), inputmode: "decimal", "aria-label": name, title: p.description ?? "" }), p.unit ?? ""]);
+  const effects = parameters.effects.map((/** @type {string} */ effect) => element("li", { class: "row" },
+    element("button", { type: "button", onclick: () => attempt(() => showEffect(effect)), "aria-label": `${text("page")}: ${effect}` }, effect), button("remove", () => edit({ remove: effect }), { "aria-label": `${text("remove")}: ${effect}` })));
+  const name = element("input", { "aria-label": text("own_name"), placeholder: text("own_name"), size: 12 });
+  const torque = element("input", { "aria-label": text("own_expression"), placeholder: text("own_expression"), size: 34, maxlength: 1000, class: "mono" });
+  const starts = element("input", { "aria-label": text("own_parameters"), placeholder: text("own_parameters"), size: 34, class: "mono" });
+  byId("model").replaceChildren(
+    element("h2", {}, `${text("model")}: ${model}`),
+    table(text("parameters"), ["parameter", "value", "unit"].map(text), rows),
+    element("div", { class: "row" }, button("save", save)),
+    element("h3", {}, text("effects")), element("ul", {}, ...effects),
+    element("h3", {}, text("own_effect")), element("div", { class: "row" }, name, torque, starts,
+      button("add", () => edit({ add_expression: { name: name.value.trim(), torque_N_m: torque.value, parameters: startsOf(starts.value) } }))));
+}
+
+/** @param {string} typed `a=0.001 w0=0.5` */
+function startsOf(typed) {
+  const pairs = typed.split(/\s+/).filter(Boolean).map((pair) => pair.split("="));
+  const wrong = pairs.find(([, value]) => !Number.isFinite(parse(value ?? "")));
+  if (wrong) throw new Error(`${text("own_parameters")}: ${wrong.join("=")}?`);
+  return Object.fromEntries(pairs.map(([name, value]) => [name, parse(value)]));
+}
+
+async function save() {
+  const changed = [...document.querySelectorAll("[data-parameter]")].map((node) => /** @type {HTMLInputElement} */ (node)).filter((node) => node.value !== node.defaultValue);
+  const values = changed.map((node) => [node.dataset.parameter, parse(node.value)]);
+  const wrong = values.find(([, value]) => !Number.isFinite(value));
+  if (wrong) throw new Error(`${wrong[0]}: ?`);
+  if (values.length > 0) await edit({ set: Object.fromEntries(values) });
+}
+
+/** One click: the effect, and the fitted values of all parameters with it, if there are any. @param {any} candidate */
+async function addEffect(candidate) {
+  await edit({ add: candidate.effect });
+  const values = Object.entries(candidate.parameters ?? {}).map(([name, p]) => [name, p.value]).filter(([name, value]) => value != null && name in parameters.parameters);
+  if (values.length > 0) await edit({ set: Object.fromEntries(values) });
+  await start("compare", { fit: true });
+}
+
+/** @param {string} name */
+async function showEffect(name) {
+  const { card, plots: pictures } = await request(`effect?name=${encodeURIComponent(name)}`);
+  // A picture is an image, in which no script runs.
+  const picture = (/** @type {string} */ svg) => element("figure", {}, element("img", { alt: `${card.title}: ${card.shows}`, src: URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" })) }));
+  const entry = (/** @type {string} */ key, /** @type {string} */ value) => [element("strong", {}, text(key)), value];
+  byId("effect").replaceChildren(element("h2", {}, `${card.title} (${card.id})`), element("p", {}, card.what), ...pictures.map(picture),
+    table(card.id, ["", ""], [entry("equation", card.equation), entry("signature", card.shows), entry("experiment", card.experiment), entry("similar", card.looks_like)]),
+    element("p", {}, element("button", { type: "button", onclick: () => byId("effect").replaceChildren() }, text("close"))));
+  byId("effect").scrollIntoView({ block: "nearest" });
+}
+
+/** @param {any} answer */
+async function showAnswer(answer) {
+  shown = answer;
+  plots.forEach((plot) => plot.destroy());
+  plots = [];
+  const place = byId("answer");
+  const parts = [];
+  if (answer.outputs) {
+    const rows = Object.entries(answer.outputs).map(([name, o]) => [name, o.rms, o.noise, o.ratio].map((cell, k) => (k === 0 ? cell : element("span", { class: "mono" }, number(cell, 4)))));
+    const sentences = answer.sentences ?? [];
+    parts.push(element("h2", {}, text("where_it_fails")), table(`${answer.log}, ${answer.model}`, ["output", "rms", "noise", "ratio"].map(text), rows),
+      sentences.length === 0 ? element("p", { class: "good" }, text("adequate")) : element("ol", {}, ...sentences.map((/** @type {string} */ sentence) => element("li", {}, sentence))));
+  }
+  if (answer.verdict) {
+    const candidates = (answer.candidates ?? []).slice(0, 8);
+    const rows = candidates.map((/** @type {any} */ candidate) => [candidate.effect, element("span", { class: "mono" }, number(candidate.delta_bic, 5)),
+      Object.entries(candidate.parameters ?? {}).map(([name, p]) => `${name} = ${number(/** @type {any} */ (p).value, 4)}`).join(", "),
+      element("span", { class: "row" }, button("add", () => addEffect(candidate), { "data-add": candidate.effect, "aria-label": `${text("add")}: ${candidate.effect}` }), button("page", () => showEffect(candidate.effect), { "aria-label": `${text("page")}: ${candidate.effect}` }))]);
+    parts.push(element("h2", {}, `${text("verdict")}: ${answer.verdict}${answer.missing?.length ? ` (${answer.missing.join(", ")})` : ""}`),
+      table(text("candidates"), [text("effect"), text("evidence"), text("parameters"), ""], rows), element("pre", { class: "mono", tabindex: "0" }, answer.text ?? ""));
+  }
+  const figures = element("div");
+  place.replaceChildren(...parts, figures);
+  if (answer.series) drawSeries(figures, await readLog(answer.series));
+}
+
+/** Measured beside modelled, and their difference. @param {HTMLElement} parent @param {Record<string, Float64Array>} series */
+function drawSeries(parent, series) {
+  for (const name of Object.keys(series).filter((column) => `${column}_model` in series)) {
+    const unit = unitOf(name);
+    const residual = series[name].map((value, k) => value - series[`${name}_model`][k]);
+    const figure = (/** @type {string} */ label) => {
+      const made = element("figure", { class: "plot", "aria-label": label });
+      parent.append(made);
+      return made;
+    };
+    const both = new Plot(figure(name), { title: name, series: [{ label: text("measured"), unit }, { label: text("modelled"), unit }], sync: "answer" });
+    both.set([series.t_s, series[name], series[`${name}_model`]]);
+    const difference = new Plot(figure(`${name} ${text("residual")}`), { title: `${name}: ${text("residual")}`, series: [{ label: text("residual"), unit }], height: 120, sync: "answer" });
+    difference.set([series.t_s, residual]);
+    plots.push(both, difference);
+  }
+}
+
+function showStaircase() {
+  const place = byId("staircase");
+  if (!place || steps.length === 0) return;
+  const top = Math.max(2, ...steps.map(({ ratio }) => ratio));
+  const bar = (/** @type {typeof steps[0]} */ step, /** @type {number} */ k) => {
+    const height = Math.max(2, (90 * Math.log(Math.max(step.ratio, 1))) / Math.log(top));
+    const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    svg.setAttribute("width", "44");
+    svg.setAttribute("height", "92");
+    svg.setAttribute("aria-hidden", "true");
+    const box = document.createElementNS("http://www.w3.org/2000/svg", "rect");
+    for (const [name, value] of Object.entries({ x: 4, width: 36, y: 92 - height, height, fill: step.ratio < 1.2 ? "#007a56" : "#0072b2" })) box.setAttribute(name, String(value));
+    svg.append(box);
+    const before = steps[k - 1]?.effects ?? [];
+    const added = step.effects.filter((effect) => !before.includes(effect));
+    const label = k === 0 ? step.effects.join(", ") || text("model") : added.length > 0 ? `+ ${added.join(", ")}` : step.kind;
+    return element("div", {}, svg, element("strong", {}, number(step.ratio, 3)), element("br"), label);
+  };
+  place.replaceChildren(element("h2", {}, text("staircase")), element("div", { class: "steps" }, ...steps.map(bar)));
+}
+
+/** @param {any} now the state of the program */
+async function follow(now) {
+  const { job } = now;
+  if (!byId("job-identify")) return;
+  const running = job.is_running && job.kind !== "record";
+  byId("job-identify").hidden = !running;
+  for (const id of ["compare", "fit", "explain"]) byId(id).disabled = job.is_running;
+  if (job.is_running || job.number === handled || job.number === 0) return;
+  handled = job.number;
+  await attempt(async () => {
+    if (job.answer && job.kind === "record") log = job.answer;
+    if (job.answer && job.kind !== "record") {
+      const answer = await request(`answer?name=${job.answer}`);
+      addStep(job.answer, answer);
+      shown = answer;
+    }
+    await loadSession();
+    if (job.error) throw new Error(`${job.kind}: ${job.error}`);
+  });
+}
+
+export function startIdentify() {
+  on("state", follow);
+}

@@ -1,0 +1,153 @@
+// The live plots: the last 30 s of every channel, its values, pause and export.
+import { columns, on, state } from "./connection.js";
+import { byId, element, table } from "./dom.js";
+import { Plot } from "./plot.js";
+import { number, text } from "./text.js";
+
+const WINDOW_S = 30;
+const CAPACITY = 64_000;
+const DRAW_INTERVAL_MS = 80;
+const TABLE_INTERVAL_MS = 500;
+
+// Command beside measured; a group is shown if the stream has one of its channels.
+const GROUPS = [
+  ["omega_rad_s", "rate_cmd_rad_s", "gyro_rad_s"], ["theta_rad", "theta_cmd_rad"], ["i_A"], ["u_V"], ["supply_V"], ["temp_C"],
+];
+/** @param {string} name */
+export const unitOf = (name) => ["rad_s", "rad", "A", "V", "C", "N_m", "m_s2", "s"].find((unit) => name.endsWith(`_${unit}`))?.replace("rad_s", "rad/s").replace("N_m", "N m").replace("m_s2", "m/s²").replace(/^C$/, "°C") ?? "";
+
+/** @type {Float64Array[]} */
+let store = [];
+let length = 0;
+let paused = false;
+let changed = false;
+let shown = 0;
+/** @type {{plot: Plot, names: string[]}[]} */
+let plots = [];
+
+/** @param {string[]} names */
+function begin(names) {
+  store = ["t", ...names].map(() => new Float64Array(CAPACITY));
+  length = 0;
+  build();
+}
+
+function build() {
+  plots.forEach(({ plot }) => plot.destroy());
+  const parent = byId("plots");
+  parent.replaceChildren();
+  const bar = element("div", { class: "row" },
+    element("button", { type: "button", id: "pause", "aria-pressed": paused, onclick: togglePause }, text(paused ? "resume" : "pause")),
+    element("button", { type: "button", onclick: exportCsv }, text("export_csv")),
+    element("button", { type: "button", onclick: exportPng }, text("export_png")),
+    element("span", { id: "losses", class: "faint" }));
+  parent.append(bar);
+  plots = GROUPS.map((group) => group.filter((name) => columns.includes(name))).filter((group) => group.length > 0).map((names, k) => {
+    const figure = element("figure", { class: "plot", "aria-label": names.join(", ") });
+    parent.append(figure);
+    const height = k === 0 ? 190 : 135;
+    return { names, plot: new Plot(figure, { title: names.join(" · "), series: names.map((name) => ({ label: name, unit: unitOf(name) })), height, sync: "live" }) };
+  });
+  parent.append(element("div", { id: "values" }));
+  changed = true;
+}
+
+/** @param {{width: number, values: Float64Array}} block */
+function append({ width, values }) {
+  if (paused || width !== store.length) return;
+  const rows = values.length / width;
+  if (length > 0 && values[0] < store[0][length - 1]) length = 0;
+  if (length + rows > CAPACITY) {
+    const keep = WINDOW_S * 1000;
+    store.forEach((column) => column.copyWithin(0, length - keep, length));
+    length = keep;
+  }
+  for (let row = 0; row < rows; row++) for (let c = 0; c < width; c++) store[c][length + row] = values[row * width + c];
+  length += rows;
+  changed = true;
+}
+
+function windowBegin() {
+  const from = length > 0 ? store[0][length - 1] - WINDOW_S : 0;
+  let [low, high] = [0, length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (store[0][middle] < from) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** @param {string} name */
+const columnOf = (name) => store[columns.indexOf(name) + 1];
+
+function draw() {
+  if (changed && !byId("view-live").hidden) {
+    changed = false;
+    const from = windowBegin();
+    for (const { plot, names } of plots) plot.set([store[0].subarray(from, length), ...names.map((name) => columnOf(name).subarray(from, length))]);
+    if (performance.now() - shown > TABLE_INTERVAL_MS) showValues(from);
+  }
+  setTimeout(() => requestAnimationFrame(draw), DRAW_INTERVAL_MS);
+}
+
+/** The table beside the plots: the same in numbers. @param {number} from */
+function showValues(from) {
+  shown = performance.now();
+  const rows = plots.flatMap(({ names }) => names).map((name) => {
+    const values = columnOf(name).subarray(from, length);
+    let [low, high, sum, count] = [Infinity, -Infinity, 0, 0];
+    for (const value of values) if (Number.isFinite(value)) {
+      low = Math.min(low, value);
+      high = Math.max(high, value);
+      sum += value;
+      count++;
+    }
+    const cell = (/** @type {number} */ value) => element("span", { class: "mono" }, number(value, 6));
+    return [`${name}`, cell(values[values.length - 1]), cell(low), cell(high), cell(sum / count)];
+  });
+  byId("values").replaceChildren(table(`${text("summary")}, ${WINDOW_S} s`, ["channel", "value", "minimum", "maximum", "mean"].map(text), rows));
+  byId("losses").textContent = `${text("rows_lost")}: ${state?.lost_rows ?? 0}`;
+}
+
+function togglePause() {
+  paused = !paused;
+  byId("pause").textContent = text(paused ? "resume" : "pause");
+  byId("pause").setAttribute("aria-pressed", String(paused));
+}
+
+/** @param {Blob} blob @param {string} name */
+export function download(blob, name) {
+  const address = URL.createObjectURL(blob);
+  element("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 10_000);
+}
+
+function exportCsv() {
+  const [low, high] = plots[0]?.plot.range() ?? [0, 0];
+  const lines = [["t_s", ...columns].join(",")];
+  for (let row = windowBegin(); row < length; row++) {
+    const t = store[0][row];
+    if (t >= low && t <= high) lines.push(store.map((column) => (Number.isFinite(column[row]) ? column[row] : "")).join(","));
+  }
+  download(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }), "visible-range.csv");
+}
+
+function exportPng() {
+  const canvases = plots.map(({ plot }) => plot.canvas());
+  const whole = element("canvas", { width: Math.max(...canvases.map((c) => c.width)), height: canvases.reduce((sum, c) => sum + c.height, 0) });
+  const context = whole.getContext("2d");
+  context.fillStyle = "#fff";
+  context.fillRect(0, 0, whole.width, whole.height);
+  canvases.reduce((top, canvas) => (context.drawImage(canvas, 0, top), top + canvas.height), 0);
+  whole.toBlob((/** @type {Blob} */ blob) => download(blob, "plots.png"));
+}
+
+export function startLive() {
+  on("columns", begin);
+  on("rows", append);
+  requestAnimationFrame(draw);
+}
+
+/** After a change of the language. */
+export const relabelLive = () => store.length > 0 && build();

@@ -1,0 +1,127 @@
+// The page: header, STOP, tabs, language; the views are in their modules.
+import { connect, hasToken, on, request, state, stop } from "./connection.js";
+import { buildDrive, send, startDrive } from "./drive.js";
+import { byId, element } from "./dom.js";
+import { buildIdentify, startIdentify } from "./identify.js";
+import { relabelLive, startLive } from "./live.js";
+import { setLanguage, text } from "./text.js";
+
+const VIEWS = ["live", "identify", "commands"];
+
+// STOP first: it works whatever else of the page fails. The WebSocket is the fast way; the request is for a socket that is just being reopened.
+function stopNow() {
+  stop();
+  request("stop", {}).catch(() => {});
+}
+byId("stop").addEventListener("pointerdown", stopNow);
+byId("stop").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => (event.key === "Enter" || event.key === " ") && stopNow());
+addEventListener("keydown", (event) => event.key === "Escape" && stopNow(), { capture: true });
+
+/** @param {string} message empty: nothing to tell */
+function alert(message) {
+  const place = byId("alert");
+  if (place.textContent !== message) place.textContent = message;
+  place.hidden = message === "";
+}
+
+/** @param {any} now */
+function showState(now) {
+  byId("port").textContent = now.port;
+  const { drive } = now;
+  byId("drive-state").textContent = text(drive.is_on ? "drive_on" : "drive_off") + (drive.is_on ? ` (${drive.mode})` : "") + (/^("?none"?)?$/i.test(drive.limits) ? "" : ` · ${text("limits")}: ${drive.limits}`);
+  const lines = [];
+  if (drive.line_error) lines.push(`${text("line_down")}: ${drive.line_error}`);
+  if (drive.fault) lines.push(`${text("fault")} ${drive.fault.replace(",", ": ").replace(",", " – ")}`);
+  if (drive.fault && drive.stopped_because) lines.push(`${text("stopped_because")}: ${drive.stopped_because}`);
+  alert(lines.join(". "));
+  for (const node of document.querySelectorAll(".job-stage")) node.textContent = now.job.is_running ? `${now.job.kind}: ${now.job.stage}` : "";
+  for (const node of document.querySelectorAll(".job-progress")) {
+    if (now.job.fraction == null) node.removeAttribute("value");
+    else node.setAttribute("value", now.job.fraction);
+  }
+}
+
+/** @param {string} name */
+function select(name) {
+  for (const view of VIEWS) {
+    const tab = byId(`tab-${view}`);
+    tab.setAttribute("aria-selected", String(view === name));
+    tab.tabIndex = view === name ? 0 : -1;
+    byId(`view-${view}`).hidden = view !== name;
+  }
+}
+VIEWS.forEach((view, k) => {
+  const tab = byId(`tab-${view}`);
+  tab.addEventListener("click", () => select(view));
+  tab.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (!step) return;
+    const next = VIEWS[(k + step + VIEWS.length) % VIEWS.length];
+    select(next);
+    byId(`tab-${next}`).focus();
+  });
+});
+
+/** @type {any[]} */
+let sent = [];
+
+function buildCommands() {
+  const line = element("input", { id: "console-line", class: "mono", size: 50, autocomplete: "off", spellcheck: "false", maxlength: 180 });
+  const submit = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    if (line.value.trim() === "") return;
+    // The reply and an error come as a command note.
+    send(line.value).catch(() => {});
+    line.value = "";
+  };
+  byId("view-commands").replaceChildren(
+    element("form", { class: "row", onsubmit: submit }, element("label", {}, text("console"), line), element("button", { class: "main" }, text("send")),
+      element("button", { type: "button", onclick: () => navigator.clipboard.writeText(sent.map((note) => note.line).join("\n")) }, text("copy"))),
+    element("pre", { id: "log", tabindex: "0", role: "log", "aria-label": text("commands") }),
+    element("p", { class: "faint" }, `${text("replay_note")} ${text("session_folder")}: ${state?.folder ?? ""}`));
+  sent.forEach(showCommand);
+}
+
+/** @param {any} note */
+function showCommand(note) {
+  const log = byId("log");
+  if (!log) return;
+  log.append(element("span", { class: "faint" }, `${note.t_s.toFixed(2).padStart(8)} `), element("span", { class: "sent" }, `> ${note.line}\n`));
+  for (const reply of note.replies) log.append(`${" ".repeat(11)}${reply}\n`);
+  for (const error of note.errors) log.append(element("span", { class: "bad" }, `${" ".repeat(11)}${error}\n`));
+  log.scrollTop = log.scrollHeight;
+}
+
+async function build(/** @type {string} */ language) {
+  setLanguage(language);
+  localStorage.setItem("language", language);
+  buildCommands();
+  relabelLive();
+  await buildDrive();
+  await buildIdentify();
+}
+
+byId("language").addEventListener("change", () => build(byId("language").value));
+const language = localStorage.getItem("language") ?? (navigator.language.startsWith("uk") ? "uk" : "en");
+byId("language").value = language;
+setLanguage(language);
+if (hasToken()) {
+  on("state", showState);
+  on("command", (note) => {
+    sent.push(note);
+    showCommand(note);
+  });
+  on("lost", () => {
+    sent = [];
+    byId("log")?.replaceChildren();
+    alert(text("server_gone"));
+    byId("drive-state").textContent = "";
+  });
+  startLive();
+  startDrive();
+  startIdentify();
+  connect();
+  build(language).catch((error) => alert(error.message));
+} else {
+  alert(text("no_token"));
+}

@@ -1,0 +1,147 @@
+//! Compare, fit and explain on files of the session: the library's functions, their answers as files that the command line writes too.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use super::jobs::{CANCELLED, Job};
+use super::server::Panel;
+use crate::files;
+use crate::identify::deadline::Deadline;
+use crate::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
+use crate::identify::explain::{Criteria, ExplainError, Explanation, Verdict, explain_until};
+use crate::identify::explain_logs::read_for;
+use crate::identify::series::series;
+use crate::log::Log;
+use crate::model::Model;
+use crate::report::{self, Comparison};
+
+/// Time limit of a fit or a search, s: that of the command line.
+const TIME_LIMIT_S: f64 = 60.0;
+
+fn words(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+fn read(panel: &Panel, log: &str, model: &str) -> Result<(Log, Model), String> {
+    let model = Model::read(panel.session.existing(model).map_err(words)?).map_err(words)?;
+    let mut log = read_for(&panel.session.existing(log).map_err(words)?, &model).map_err(words)?;
+    log.even_out_times();
+    Ok((log, model))
+}
+
+fn write_json(path: &Path, answer: &Value) -> Result<(), String> {
+    let text = serde_json::to_string_pretty(answer).map_err(words)?;
+    files::replace_text(path, &format!("{text}\n")).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Name of the series of an answer.
+fn series_name(answer: &str) -> String {
+    format!("{}-series.parquet", answer.trim_end_matches(".json"))
+}
+
+/// Text of a log that is no plausible record of a drive.
+fn bad_log(log: &Log, findings: &[crate::log::plausible::Defect]) -> String {
+    let text = report::bad_log_text(log, findings, report::Style { colour: false, width: 10_000 });
+    text.lines().filter(|line| !line.trim().is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+/// Compares the model with the log; `fits`: with its parameters fitted, which are then written into the model. The name of the answer.
+///
+/// # Errors
+/// In words.
+pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool, job: &Job) -> Result<String, String> {
+    job.stage(if fits { "fitting" } else { "simulating" }, None);
+    let (log, model) = read(panel, log_name, model_name)?;
+    let treatment = if fits { ParameterTreatment::Fitted } else { ParameterTreatment::Kept };
+    let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
+    let evaluated = match evaluate(&log, &model, treatment, deadline).map_err(words)? {
+        Evaluation::ImplausibleLog(findings) => return Err(bad_log(&log, &findings)),
+        Evaluation::Evaluated(evaluated) => *evaluated,
+    };
+    if job.is_cancelled() {
+        return Err("cancelled".to_owned());
+    }
+    if fits && !evaluated.result.converged && deadline.has_passed() {
+        return Err(format!("the fit has not converged within {TIME_LIMIT_S} s; the model is unchanged"));
+    }
+    let kind = if fits { "fit" } else { "compare" };
+    let answer = panel.session.free_name(kind, "json");
+    let comparison = Comparison {
+        log: &log,
+        model: &model,
+        data: &evaluated.data,
+        result: &evaluated.result,
+        fitted: fits,
+        seconds: evaluated.seconds,
+        remarks: evaluated.remarks,
+        misfits: evaluated.misfits,
+    };
+    let mut json = if fits { report::fit_json(&comparison) } else { report::compare_json(&comparison) };
+    let rows = series(&log, &evaluated.data, &evaluated.result).map_err(words)?;
+    rows.write(panel.session.new_file(&series_name(&answer)).map_err(words)?).map_err(words)?;
+    if fits {
+        write_values(panel, model_name, &model, &evaluated.result)?;
+    }
+    let sentences: Vec<String> = comparison.misfits.iter().map(|misfit| report::misfit(log.axis(), misfit)).collect();
+    describe(&mut json, log_name, model_name, &answer, &model);
+    json["sentences"] = sentences.into();
+    write_json(&panel.session.new_file(&answer).map_err(words)?, &json)?;
+    panel.session.note_command(&match fits {
+        true => format!("stand fit {log_name} --model {model_name} --out {model_name} --force"),
+        false => format!("stand compare {log_name} --model {model_name}"),
+    });
+    Ok(answer)
+}
+
+/// What the answer belongs to, for the staircase and the plots.
+fn describe(json: &mut Value, log: &str, model: &str, answer: &str, given: &Model) {
+    json["log"] = log.into();
+    json["model"] = model.into();
+    json["series"] = series_name(answer).into();
+    json["model_effects"] = given.effect_names().into();
+}
+
+fn write_values(panel: &Panel, name: &str, model: &Model, fit: &crate::identify::fit::FitResult) -> Result<(), String> {
+    let path = panel.session.existing(name).map_err(words)?;
+    let _locked = files::lock(&path).map_err(words)?;
+    if Model::read(&path).map_err(words)?.to_toml() != model.to_toml() {
+        return Err(format!("{name} was edited during the fit; nothing was written"));
+    }
+    let mut fitted = model.clone();
+    let values: Vec<(&str, f64)> = fit.parameters.list.iter().map(|p| (p.name.as_str(), p.value)).collect();
+    fitted.set_all(values).map_err(words)?;
+    fitted.write(&path).map_err(words)
+}
+
+/// Finds the effect that the model lacks. The name of the answer; the model is unchanged.
+///
+/// # Errors
+/// In words.
+pub fn explain(panel: &Arc<Panel>, log_name: &str, model_name: &str, job: &Job) -> Result<String, String> {
+    job.stage("reading", None);
+    let (log, model) = read(panel, log_name, model_name)?;
+    let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
+    let progress = |stage: &crate::identify::explain::Progress| job.stage(&report::explanation::sentences::progress(stage), None);
+    let explanation: Explanation = match explain_until(deadline, Criteria::default(), vec![log], &model, &progress) {
+        Ok(explanation) => explanation,
+        Err(ExplainError::BadLog { log, findings }) => return Err(bad_log(&log, &findings)),
+        Err(error) => return Err(error.to_string()),
+    };
+    if job.is_cancelled() {
+        return Err("cancelled".to_owned());
+    }
+    if explanation.verdict == Verdict::NotFinished {
+        return Err(format!("the time limit of {TIME_LIMIT_S} s has ended the search"));
+    }
+    let answer = panel.session.free_name("explain", "json");
+    let mut json = report::explain_json(&explanation);
+    let rows = series(&explanation.log, &explanation.data(), &explanation.explained).map_err(words)?;
+    rows.write(panel.session.new_file(&series_name(&answer)).map_err(words)?).map_err(words)?;
+    describe(&mut json, log_name, model_name, &answer, &model);
+    json["text"] = report::explain_text(&explanation, report::Style { colour: false, width: 100 }).into();
+    write_json(&panel.session.new_file(&answer).map_err(words)?, &json)?;
+    panel.session.note_command(&format!("stand explain {log_name} --model {model_name}"));
+    Ok(answer)
+}

@@ -1,0 +1,335 @@
+//! The requests of the page other than its WebSocket: JSON in, JSON out, columns of a log as float64.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::body::Bytes;
+use axum::extract::{DefaultBodyLimit, FromRequestParts, Query, State};
+use axum::http::StatusCode;
+use axum::http::header::CONTENT_TYPE;
+use axum::http::request::Parts;
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use drive_model::card;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use stand_firmware::console::parse::Commands;
+use stand_firmware::profile::{PARAMETERS, ProfileKind};
+
+use super::analysis;
+use super::control::ClientId;
+use super::line::LineError;
+use super::recording::{self, RecordRequest};
+use super::server::Panel;
+use crate::files;
+use crate::log::Log;
+use crate::model::{Model, SummingPoint};
+use crate::report;
+
+/// Longest body, bytes.
+const MAX_BODY: usize = 1 << 20;
+/// Longest expression of a user's effect, characters.
+const MAX_EXPRESSION: usize = 1000;
+/// Time for the reply of the stand.
+const REPLY_TIMEOUT: Duration = Duration::from_millis(1500);
+
+/// Why a request failed: one line for the person.
+struct ApiError(StatusCode, String);
+
+impl<E: std::fmt::Display> From<E> for ApiError {
+    fn from(error: E) -> Self {
+        ApiError(StatusCode::UNPROCESSABLE_ENTITY, error.to_string())
+    }
+}
+
+impl IntoResponse for ApiError {
+    fn into_response(self) -> Response {
+        (self.0, Json(json!({ "error": self.1 }))).into_response()
+    }
+}
+
+type Answer = Result<Json<Value>, ApiError>;
+type Shared = State<Arc<Panel>>;
+
+/// The token has been checked. As an argument of every handler it comes before the body is read.
+struct Admitted;
+
+impl FromRequestParts<Arc<Panel>> for Admitted {
+    type Rejection = StatusCode;
+
+    async fn from_request_parts(parts: &mut Parts, panel: &Arc<Panel>) -> Result<Self, StatusCode> {
+        panel.gate.check_token(&parts.headers).map(|()| Admitted)
+    }
+}
+
+/// The routes below `/api`.
+pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
+    Router::new()
+        .route("/session", get(session))
+        .route("/stop", post(stop))
+        .route("/command", post(command))
+        .route("/record", post(record))
+        .route("/cancel", post(cancel))
+        .route("/compare", post(compare))
+        .route("/explain", post(explain))
+        .route("/answer", get(answer))
+        .route("/log", get(log))
+        .route("/model", get(model).post(edit_model))
+        .route("/effects", get(effects))
+        .route("/effect", get(effect))
+        .route("/profiles", get(profiles))
+        .fallback(|_: Admitted| async { StatusCode::NOT_FOUND })
+        .layer(DefaultBodyLimit::max(MAX_BODY))
+        .with_state(panel)
+}
+
+/// A body of JSON; its errors are one line.
+fn parsed<T: DeserializeOwned>(body: &Bytes) -> Result<T, ApiError> {
+    serde_json::from_slice(body).map_err(|error| ApiError(StatusCode::BAD_REQUEST, format!("request: {error}")))
+}
+
+/// Runs a computation off the async threads.
+async fn blocking<T: Send + 'static>(work: impl FnOnce() -> Result<T, ApiError> + Send + 'static) -> Result<T, ApiError> {
+    tokio::task::spawn_blocking(work).await?
+}
+
+#[derive(Deserialize)]
+struct Name {
+    name: String,
+}
+
+async fn session(_: Admitted, State(panel): Shared) -> Answer {
+    blocking(move || {
+        let session = &panel.session;
+        let logs = session.files(&[".csv", ".parquet"]);
+        let logs: Vec<_> = logs.into_iter().filter(|file| !file.name.contains("-series.")).collect();
+        let answers = session.files(&[".json"]);
+        Ok(Json(json!({"folder": session.folder(), "logs": logs, "models": session.files(&[".toml"]), "answers": answers})))
+    })
+    .await
+}
+
+async fn stop(_: Admitted, State(panel): Shared) -> Answer {
+    panel.stop("STOP on a page");
+    Ok(Json(json!({})))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CommandRequest {
+    client: ClientId,
+    line: String,
+}
+
+async fn command(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
+    let request: CommandRequest = parsed(&body)?;
+    blocking(move || {
+        let line = request.line.trim();
+        check_line(line)?;
+        if line.eq_ignore_ascii_case("STOP") {
+            panel.stop("STOP on a page");
+            return Ok(Json(json!({"replies": [], "errors": []})));
+        }
+        let reply = panel.line.exchange(request.client, line, REPLY_TIMEOUT).map_err(|error| {
+            panel.hub.note(line, &[], &[error.to_string()]);
+            ApiError(if matches!(error, LineError::Control(_)) { StatusCode::CONFLICT } else { StatusCode::BAD_GATEWAY }, error.to_string())
+        })?;
+        panel.hub.note(line, &reply.lines, &reply.errors);
+        panel.session.note_command(&format!(
+            "printf '%s\\n' '{}' | stand console --port {}",
+            line.replace('\'', r"'\''"),
+            panel.line.name()
+        ));
+        Ok(Json(json!({"replies": reply.lines, "errors": reply.errors})))
+    })
+    .await
+}
+
+/// A line is one line of text, and leaves the supervision of the host to the panel.
+fn check_line(line: &str) -> Result<(), ApiError> {
+    if line.is_empty() || !line.bytes().all(|byte| matches!(byte, b' '..=b'~')) || line.contains('~') {
+        return Err("a command is one line of ASCII without `~`".into());
+    }
+    let is_host = |header: &[u8]| header.to_ascii_uppercase().starts_with(b"HOST");
+    if Commands::new(line.as_bytes()).any(|command| !command.is_query && is_host(command.header())) {
+        return Err("HOST: the panel supervises itself; an unattended run is a recording with its check mark".into());
+    }
+    Ok(())
+}
+
+async fn record(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
+    let request: RecordRequest = parsed(&body)?;
+    let prepared = request.prepare(&panel).map_err(ApiError::from)?;
+    panel.hub.note(&prepared.command, &[], &[]);
+    panel.session.note_command(&prepared.command);
+    let shared = panel.clone();
+    let number = panel.jobs.start("record", move |job| recording::run(&shared, &prepared, job))?;
+    Ok(Json(json!({"job": number})))
+}
+
+async fn cancel(_: Admitted, State(panel): Shared) -> Answer {
+    panel.jobs.cancel();
+    Ok(Json(json!({})))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AnalysisRequest {
+    log: String,
+    model: String,
+    #[serde(default)]
+    fit: bool,
+}
+
+async fn compare(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
+    let request: AnalysisRequest = parsed(&body)?;
+    let shared = panel.clone();
+    let kind = if request.fit { "fit" } else { "compare" };
+    panel.hub.note(&format!("stand {kind} {} --model {}", request.log, request.model), &[], &[]);
+    let number = panel.jobs.start(kind, move |job| analysis::compare(&shared, &request.log, &request.model, request.fit, job))?;
+    Ok(Json(json!({"job": number})))
+}
+
+async fn explain(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
+    let request: AnalysisRequest = parsed(&body)?;
+    let shared = panel.clone();
+    panel.hub.note(&format!("stand explain {} --model {}", request.log, request.model), &[], &[]);
+    let number = panel.jobs.start("explain", move |job| analysis::explain(&shared, &request.log, &request.model, job))?;
+    Ok(Json(json!({"job": number})))
+}
+
+async fn answer(_: Admitted, State(panel): Shared, Query(Name { name }): Query<Name>) -> Answer {
+    blocking(move || {
+        let text = std::fs::read(panel.session.existing(&name)?)?;
+        Ok(Json(serde_json::from_slice(&text)?))
+    })
+    .await
+}
+
+/// All columns of a log: the length of the head (u32), the head (`{"columns": […], "rows": n}`), padding to eight bytes, then the columns as float64, little-endian.
+async fn log(_: Admitted, State(panel): Shared, Query(Name { name }): Query<Name>) -> Result<Response, ApiError> {
+    let bytes = blocking(move || {
+        let log = Log::read_all(panel.session.existing(&name)?)?;
+        let names: Vec<&str> = log.columns().iter().map(|column| column.name.as_str()).collect();
+        let mut head = serde_json::to_vec(&json!({"columns": names, "rows": log.len()}))?;
+        head.resize((head.len() + 4).next_multiple_of(8) - 4, b' ');
+        let mut bytes = (head.len() as u32).to_le_bytes().to_vec();
+        bytes.extend(head);
+        log.columns().iter().flat_map(|column| &column.values).for_each(|value| bytes.extend(value.to_le_bytes()));
+        Ok(bytes)
+    })
+    .await?;
+    Ok(([(CONTENT_TYPE, "application/octet-stream")], bytes).into_response())
+}
+
+async fn model(_: Admitted, State(panel): Shared, Query(Name { name }): Query<Name>) -> Answer {
+    blocking(move || {
+        let model = Model::read(panel.session.existing(&name)?)?;
+        let mut answer = report::model::json(&model);
+        answer["text"] = model.to_toml().into();
+        Ok(Json(answer))
+    })
+    .await
+}
+
+/// An edit of a model file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelEdit {
+    name: String,
+    #[serde(flatten)]
+    change: Change,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Change {
+    /// Add an effect of the catalogue.
+    Add(String),
+    /// Add an effect by a torque as an expression.
+    AddExpression(OwnEffect),
+    /// Remove an effect.
+    Remove(String),
+    /// Values of parameters.
+    Set(std::collections::BTreeMap<String, f64>),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OwnEffect {
+    name: String,
+    torque_N_m: String,
+    #[serde(default)]
+    parameters: std::collections::BTreeMap<String, f64>,
+}
+
+async fn edit_model(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
+    let ModelEdit { name, change } = parsed(&body)?;
+    blocking(move || {
+        let path = panel.session.existing(&name)?;
+        let _locked = files::lock(&path)?;
+        let mut model = Model::read(&path)?;
+        let mut command = None;
+        match change {
+            Change::Add(effect) => {
+                model.add(&effect)?;
+                command = Some(format!("stand model add {name} {effect}"));
+            }
+            Change::Remove(effect) => {
+                model.remove(&effect)?;
+                command = Some(format!("stand model remove {name} {effect}"));
+            }
+            Change::Set(values) => model.set_all(values.iter().map(|(name, value)| (name.as_str(), *value)))?,
+            Change::AddExpression(own) => {
+                if own.torque_N_m.len() > MAX_EXPRESSION {
+                    return Err(format!("the expression is longer than {MAX_EXPRESSION} characters").into());
+                }
+                let parameters: Vec<(&str, f64)> = own.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+                model.add_user_effect(&own.name, SummingPoint::Torque, &own.torque_N_m, &parameters)?;
+            }
+        }
+        model.write(&path)?;
+        if let Some(command) = command {
+            panel.hub.note(&command, &[], &[]);
+            panel.session.note_command(&command);
+        }
+        let mut answer = report::model::json(&model);
+        answer["text"] = model.to_toml().into();
+        Ok(Json(answer))
+    })
+    .await
+}
+
+async fn effects(_: Admitted) -> Answer {
+    Ok(Json(report::effects::list_json()))
+}
+
+/// The card of an effect and its pictures, SVG.
+async fn effect(_: Admitted, Query(Name { name }): Query<Name>) -> Answer {
+    blocking(move || {
+        let id = name.split('#').next().unwrap_or_default();
+        let card =
+            card(id).ok_or_else(|| ApiError(StatusCode::NOT_FOUND, format!("{}: no effect of the catalogue", id.escape_default())))?;
+        let page = report::effects::effect_html(card);
+        let plots: Vec<String> = report::plot_files::plots_of(&page).into_iter().map(|plot| plot.svg).collect();
+        Ok(Json(json!({"card": report::effects::effect_json(card), "plots": plots})))
+    })
+    .await
+}
+
+async fn profiles(_: Admitted) -> Answer {
+    let parameters = |kind: ProfileKind| -> Vec<&str> {
+        PARAMETERS
+            .iter()
+            .map(|p| p.name)
+            .filter(|name| kind.parameters().contains(name) && !matches!(*name, "seed" | "amplitude"))
+            .collect()
+    };
+    let all: Vec<Value> = ProfileKind::ALL
+        .into_iter()
+        .map(|kind| json!({"name": kind.name(), "description": kind.description(), "parameters": parameters(kind)}))
+        .collect();
+    Ok(Json(json!({"profiles": all})))
+}

@@ -1,0 +1,252 @@
+//! The panel without a browser: the three dead-man switches, the stop, one driver, recordings, the loop of identification.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used)]
+
+mod common;
+#[path = "common/panel.rs"]
+mod panel;
+
+use std::time::{Duration, Instant};
+
+use common::served::{Served, send_lines};
+use common::{folder, stand};
+use host_tools::log::Log;
+use panel::{Page, Panel, STOP, TAKE};
+use serde_json::{Value, json};
+
+const MS: Duration = Duration::from_millis(1);
+
+fn sleep_with_beats(page: &mut Page, duration: Duration) {
+    let until = Instant::now() + duration;
+    while Instant::now() < until {
+        page.say(panel::BEAT);
+        page.read();
+    }
+}
+
+#[test]
+fn page_that_freezes_loses_the_drive_within_1500_ms_and_never_regains_it_by_itself() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let mut page = panel.page();
+    page.drive(&panel);
+    let took = page.until(Page::is_off_with_fault, false);
+    assert!(took > 500 * MS && took < 1500 * MS, "{took:?}");
+    // Late beats resume nothing: the fault is latched and the control is gone.
+    sleep_with_beats(&mut page, 600 * MS);
+    assert!(page.is_off_with_fault() && page.state["driver"].is_null(), "{}", page.state);
+    let (status, _) = panel.request("POST", "command", &json!({"client": page.client(), "line": "OUTPut ON"}).to_string());
+    assert_eq!(status, 409);
+    page.say(TAKE);
+    page.until(|page| page.state["driver"] == page.state["client"], true);
+    let refused = page.command(&panel, "OUTPut ON");
+    assert!(refused["errors"][0].as_str().unwrap().contains("FAULt:CLEar"), "{refused}");
+    page.command(&panel, "FAULt:CLEar");
+    page.drive(&panel);
+    page.say(STOP);
+    page.until(Page::is_off_with_fault, false);
+}
+
+#[test]
+fn any_page_stops_the_drive_within_50_ms_and_only_the_driver_drives() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let (mut driver, mut viewer) = (panel.page(), panel.page());
+    let mut delays: Vec<Duration> = Vec::new();
+    for _ in 0..5 {
+        driver.drive(&panel);
+        viewer.say(TAKE);
+        viewer.read();
+        let (status, answer) = panel.request("POST", "command", &json!({"client": viewer.client(), "line": "SOURce:RATE 9"}).to_string());
+        assert_eq!(status, 409, "{answer}");
+        // The control is revoked when 0x18 has been requested; the byte follows within the wait of the line's thread.
+        let begun = Instant::now();
+        viewer.say(STOP);
+        while viewer.command(&panel, "OUTPut?")["replies"][0] != "0" {}
+        delays.push(begun.elapsed());
+        driver.until(Page::is_off_with_fault, true);
+        assert!(driver.state["drive"]["fault"].as_str().unwrap().contains("stop"), "{}", driver.state);
+        driver.say(TAKE);
+        driver.until(|page| page.state["driver"] == page.state["client"], true);
+        driver.command(&panel, "FAULt:CLEar");
+    }
+    delays.sort();
+    assert!(delays[2] < 50 * MS, "{delays:?}");
+}
+
+#[test]
+fn hidden_page_and_closed_page_stop_the_drive() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let mut viewer = panel.page();
+    for close in [false, true] {
+        let mut page = panel.page();
+        page.drive(&panel);
+        if close {
+            drop(page);
+        } else {
+            page.say(panel::LEAVE);
+        }
+        let took = viewer.until(Page::is_off_with_fault, false);
+        assert!(took < 1000 * MS, "{took:?}");
+        viewer.say(TAKE);
+        viewer.until(|page| page.state["driver"] == page.state["client"], true);
+        viewer.command(&panel, "FAULt:CLEar");
+        viewer.say(panel::LEAVE);
+        viewer.until(|page| page.state["driver"].is_null() && page.state["drive"]["fault"] == "", false);
+    }
+}
+
+#[test]
+fn server_that_is_killed_loses_the_drive_within_700_ms_by_the_firmware_alone() {
+    let folder = folder();
+    let served = Served::new(folder.path(), &[]);
+    let mut panel = Panel::new(folder.path(), &["--port", &served.port]);
+    let mut page = panel.page();
+    page.drive(&panel);
+    sleep_with_beats(&mut page, 300 * MS);
+    panel.child.kill().unwrap();
+    panel.child.wait().unwrap();
+    std::thread::sleep(700 * MS);
+    let said = send_lines(folder.path(), &served.port, "OUTPut?\nFAULt?\n");
+    assert!(said.out.starts_with("0\n") && said.out.contains("host silent"), "{said:?}");
+}
+
+#[test]
+fn server_that_hangs_loses_the_drive_and_does_not_resume_it() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let served = Served::new(folder.path(), &[]);
+    let outside = Panel::new(folder.path(), &["--port", &served.port, "--folder", "outside"]);
+    let mut page = outside.page();
+    page.drive(&outside);
+    let signal = |name: &str| {
+        assert!(std::process::Command::new("kill").args(["-s", name, &outside.child.id().to_string()]).status().unwrap().success())
+    };
+    signal("STOP");
+    std::thread::sleep(1500 * MS);
+    signal("CONT");
+    page.until(Page::is_off_with_fault, true);
+    drop(panel);
+}
+
+#[test]
+fn line_that_is_pulled_is_reported_and_the_server_lives() {
+    let folder = folder();
+    let mut served = Served::new(folder.path(), &[]);
+    let panel = Panel::new(folder.path(), &["--port", &served.port]);
+    let mut page = panel.page();
+    page.drive(&panel);
+    served.child.kill().unwrap();
+    served.child.wait().unwrap();
+    let took = page.until(|page| page.state["drive"]["line_error"] != "", true);
+    assert!(took < 700 * MS, "{took:?}");
+    assert!(page.state["driver"].is_null());
+    let (status, answer) = panel.request("POST", "command", &json!({"client": page.client(), "line": "*IDN?"}).to_string());
+    assert_eq!((status, answer["error"].as_str().unwrap().lines().count()), (502, 1));
+    assert_eq!(panel.request("GET", "session", "").0, 200);
+}
+
+fn record(panel: &Panel, page: &mut Page, seconds: f64, more: &Value) -> Value {
+    page.say(TAKE);
+    page.until(|page| page.state["driver"] == page.state["client"], true);
+    let mut request =
+        json!({"client": page.client(), "profile": "multi-step", "mode": "rate", "amplitude": 15.0, "seconds": seconds, "seed": 1});
+    for (key, value) in more.as_object().unwrap() {
+        request[key] = value.clone();
+    }
+    panel.post("record", &request)
+}
+
+fn finish(page: &mut Page, number: &Value) -> Value {
+    page.until(|page| page.state["job"]["number"] == *number && page.state["job"]["is_running"] == false, true);
+    page.state["job"].clone()
+}
+
+#[test]
+fn recording_with_a_frozen_viewer_loses_no_row_and_unattended_needs_no_page() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    // It never reads.
+    let frozen = panel.page();
+    let mut page = panel.page();
+    page.until(|page| page.columns == 10 && page.times.len() > 500, false);
+    let started = record(&panel, &mut page, 3.0, &json!({"unattended": true}));
+    drop(page);
+    let mut other = panel.page();
+    let job = finish(&mut other, &started["job"]);
+    assert_eq!((job["error"].as_str(), job["answer"].as_str()), (Some(""), Some("run-1.parquet")), "{job}");
+    let log = Log::read(folder.path().join("panel/run-1.parquet")).unwrap();
+    assert_eq!((log.len(), log.note("lost_rows")), (3000, Some("0")));
+    drop(frozen);
+}
+
+#[test]
+fn recording_ends_with_the_lease_and_keeps_every_row_until_then() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let mut page = panel.page();
+    let started = record(&panel, &mut page, 20.0, &json!({}));
+    sleep_with_beats(&mut page, 1500 * MS);
+    page.until(|page| page.is_off_with_fault() && page.state["job"]["is_running"] == false, false);
+    let job = finish(&mut page, &started["job"]);
+    assert!(job["error"].as_str().unwrap().contains("run-1.parquet"), "{job}");
+    let log = Log::read(folder.path().join("panel/run-1.parquet")).unwrap();
+    assert!(log.len() > 1500 && log.note("lost_rows") == Some("0"), "{} {:?}", log.len(), log.note("lost_rows"));
+}
+
+#[test]
+fn loop_finds_a_hidden_effect_and_its_files_are_those_of_the_command_line() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &["--hidden", "cogging"]);
+    let mut page = panel.page();
+    let started = record(&panel, &mut page, 10.0, &json!({"find_index": true}));
+    let log = finish(&mut page, &started["job"])["answer"].as_str().unwrap().to_owned();
+    let words = json!({"log": log, "model": "model.toml"});
+    for effect in ["viscous", "coulomb"] {
+        panel.post("model", &json!({"name": "model.toml", "add": effect}));
+    }
+    let worst = |page: &mut Page, fit: bool| {
+        let mut words = words.clone();
+        words["fit"] = fit.into();
+        let job = finish(page, &panel.post("compare", &words)["job"]);
+        assert_eq!(job["error"], "", "{job}");
+        let answer = panel.request("GET", &format!("answer?name={}", job["answer"].as_str().unwrap()), "").1;
+        answer["outputs"].as_object().unwrap().values().map(|output| output["ratio"].as_f64().unwrap()).fold(0.0, f64::max)
+    };
+    let before = worst(&mut page, true);
+    let job = finish(&mut page, &panel.post("explain", &words)["job"]);
+    let answer = panel.request("GET", &format!("answer?name={}", job["answer"].as_str().unwrap()), "").1;
+    assert_eq!((answer["verdict"].as_str(), answer["missing"][0].as_str()), (Some("effect-found"), Some("cogging")), "{job}");
+    panel.post("model", &json!({"name": "model.toml", "add": "cogging"}));
+    let candidate = answer["candidates"].as_array().unwrap().iter().find(|c| c["effect"] == "cogging").unwrap();
+    let values: serde_json::Map<String, Value> =
+        candidate["parameters"].as_object().unwrap().iter().map(|(name, p)| (name.clone(), p["value"].clone())).collect();
+    panel.post("model", &json!({"name": "model.toml", "set": values}));
+    let after = worst(&mut page, true);
+    assert!(before > 3.0 && after < 1.5, "{before} -> {after}");
+    let session = folder.path().join("panel");
+    stand(&session, &["compare", &log, "--model", "model.toml"]).succeeded();
+    let commands = std::fs::read_to_string(session.join("commands.txt")).unwrap();
+    assert!(commands.contains("stand record --port") && commands.contains("stand model add model.toml cogging"), "{commands}");
+}
+
+#[test]
+fn explanation_is_cancelled_within_seconds_and_the_next_job_starts() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &["--hidden", "cogging"]);
+    let mut page = panel.page();
+    let started = record(&panel, &mut page, 20.0, &json!({}));
+    let log = finish(&mut page, &started["job"])["answer"].clone();
+    let words = json!({"log": log, "model": "model.toml"});
+    let started = panel.post("explain", &words);
+    let (status, _) = panel.request("POST", "compare", &words.to_string());
+    assert_eq!(status, 422, "one job at a time");
+    std::thread::sleep(300 * MS);
+    panel.post("cancel", &json!({}));
+    let begun = Instant::now();
+    let job = finish(&mut page, &started["job"]);
+    assert!(job["error"] == "cancelled" && begun.elapsed() < Duration::from_secs(10), "{job} {:?}", begun.elapsed());
+    let started = panel.post("compare", &words);
+    assert_eq!(finish(&mut page, &started["job"])["error"], "");
+}

@@ -1,0 +1,191 @@
+// The main loop of `stand panel` in headless Chromium, by keyboard alone, in both languages.
+//   node loop.mjs STAND CHROMIUM FOLDER [PICTURES]
+// STAND: the program; CHROMIUM: the browser; FOLDER: an empty folder for sessions; PICTURES: folder for screenshots. Exit status 0: all claims hold.
+import { spawn } from "node:child_process";
+import { createInterface } from "node:readline";
+import { readFile } from "node:fs/promises";
+import { createRequire } from "node:module";
+import puppeteer from "puppeteer-core";
+
+const [stand, chromium, folder, pictures] = process.argv.slice(2);
+const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+function claim(holds, words) {
+  if (!holds) throw new Error(`not so: ${words}`);
+  console.log(`ok: ${words}`);
+}
+
+async function panel(name) {
+  const child = spawn(stand, ["panel", "--hidden", "cogging", "--folder", name], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
+  for await (const line of createInterface({ input: child.stdout })) return { child, address: line };
+}
+
+/** Moves the focus with Tab until the element has it. */
+async function focus(page, selector) {
+  await page.waitForSelector(`${selector}:not([disabled])`, { timeout: 120_000 });
+  for (let k = 0; k < 200; k++) {
+    if (await page.evaluate((s) => document.activeElement?.matches(s), selector)) return;
+    await page.keyboard.press("Tab");
+  }
+  throw new Error(`Tab does not reach ${selector}`);
+}
+async function press(page, selector, key = "Enter") {
+  await focus(page, selector);
+  await page.keyboard.press(key);
+}
+async function type(page, selector, value) {
+  await focus(page, selector);
+  await page.keyboard.down("Control");
+  await page.keyboard.press("a");
+  await page.keyboard.up("Control");
+  await page.keyboard.type(value);
+}
+async function tab(page, from, steps) {
+  await focus(page, `#tab-${from}`);
+  for (let k = 0; k < steps; k++) await page.keyboard.press("ArrowRight");
+}
+const idle = (page) => page.waitForFunction(() => document.querySelector("#job-identify").hidden && !document.querySelector("#compare").disabled, { timeout: 120_000 });
+const text = (page, selector) => page.$eval(selector, (node) => node.textContent);
+async function picture(page, name) {
+  if (pictures) await page.screenshot({ path: `${pictures}/${name}.png` });
+}
+async function accessible(page, view) {
+  // The policy of the page admits no script of others; the test's own comes through the debugger.
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21aa", "wcag22aa"] }));
+  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
+  for (const found of serious) console.log(found.id, found.help, found.nodes.map((node) => node.html.slice(0, 160)));
+  claim(serious.length === 0, `axe-core has no serious finding in the view ${view}`);
+}
+
+async function loop(browser, language) {
+  const { child, address } = await panel(`session-${language}`);
+  const page = await browser.newPage();
+  const problems = [];
+  page.on("pageerror", (error) => problems.push(error.message));
+  page.on("console", (message) => message.type() === "error" && problems.push(message.text()));
+  try {
+    await page.setViewport({ width: 1360, height: 900 });
+    await page.goto(address);
+    await page.waitForSelector("#driver");
+    await focus(page, "#language");
+    await page.keyboard.type(language === "uk" ? "У" : "E");
+    await page.waitForFunction((l) => document.documentElement.lang === l, {}, language);
+    claim(true, `language ${language}`);
+    await press(page, "#take");
+    await press(page, "#drive-start");
+    await page.waitForFunction(() => /RATE/.test(document.querySelector("#drive-state").textContent));
+    await pause(4000);
+    await picture(page, `live-${language}`);
+    if (language === "en") await accessible(page, "live");
+    await page.keyboard.press("Escape");
+    await page.waitForFunction(() => !document.querySelector("#alert").hidden);
+    await page.waitForFunction(() => !/RATE/.test(document.querySelector("#drive-state").textContent));
+    claim(true, "Esc stops the drive and the fault is shown");
+    await press(page, "#take");
+    await press(page, "#clear");
+    await page.waitForFunction(() => document.querySelector("#alert").hidden);
+    await type(page, "#seconds", language === "uk" ? "10,0" : "10.0");
+    await press(page, "#record");
+    await page.waitForSelector("#job-drive:not([hidden])");
+    await page.waitForSelector("#job-drive[hidden]", { timeout: 120_000 });
+    await tab(page, "live", 1);
+    await page.waitForFunction(() => document.querySelector("#log-choice").value === "run-1.parquet");
+    await press(page, "#fit");
+    await page.waitForFunction(() => document.querySelectorAll(".steps > div").length === 1, { timeout: 120_000 });
+    await picture(page, `compare-${language}`);
+    await press(page, "#explain");
+    await pause(300);
+    await page.waitForSelector("[data-add]", { timeout: 120_000 });
+    await idle(page);
+    await picture(page, `explain-${language}`);
+    const best = await page.$eval("[data-add]", (node) => node.dataset.add);
+    for (let k = 0; k < 4; k++) {
+      const next = await page.evaluate(() => document.querySelector("[data-add]")?.dataset.add);
+      if (!next) break;
+      const before = await page.$$eval(".steps > div", (all) => all.length);
+      await press(page, "[data-add]");
+      await page.waitForFunction((n) => document.querySelectorAll(".steps > div").length > n, { timeout: 120_000 }, before);
+      await idle(page);
+      await press(page, "#explain");
+      await pause(400);
+      await idle(page);
+      if (/adequate/.test(await text(page, "#answer h2"))) break;
+    }
+    const ratios = await page.$$eval(".steps strong", (all) => all.map((node) => Number(node.textContent.replace(",", "."))));
+    claim(ratios.at(-1) < ratios[0] / 3, `the error falls: ${ratios.join(" → ")} (first candidate ${best})`);
+    claim(/cogging/.test(await text(page, "#model")), "the hidden effect is in the model");
+    await picture(page, `staircase-${language}`);
+    if (language === "en") await accessible(page, "identify");
+    await tab(page, "identify", 1);
+    await type(page, "#console-line", "*IDN?");
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => /Rotary Stand,/.test(document.querySelector("#log").textContent));
+    await picture(page, `commands-${language}`);
+    if (language === "en") await accessible(page, "commands");
+    const sent = await text(page, "#log");
+    await page.reload();
+    await page.waitForFunction(() => document.querySelector("#log")?.textContent.includes("OUTPut ON"), { timeout: 20_000 });
+    claim((await text(page, "#log")).length >= sent.length, "a reload loses no command");
+    claim(problems.length === 0, `no error in the page's console: ${problems}`);
+  } finally {
+    await page.close();
+    child.kill("SIGKILL");
+  }
+}
+
+/** A page that stops drawing or is hidden loses the drive; measured by a second page. */
+async function dead(browser, name, harm) {
+  const { child, address } = await panel(`dead-${name}`);
+  const page = await browser.newPage();
+  try {
+    await page.goto(address);
+    await press(page, "#take");
+    await press(page, "#drive-start");
+    await page.waitForFunction(() => /RATE/.test(document.querySelector("#drive-state").textContent));
+    await pause(500);
+    const base = new URL(address);
+    const state = await watch(base);
+    const begun = Date.now();
+    await harm(page);
+    await state.until((s) => !s.drive.is_on && s.drive.fault !== "");
+    const took = Date.now() - begun;
+    state.close();
+    claim(took <= 1500, `${name}: drive off and fault latched after ${took} ms`);
+  } finally {
+    child.kill("SIGKILL");
+  }
+}
+
+/** A viewer without a browser: the state of the panel. */
+async function watch(base) {
+  const { WebSocket } = await import("ws");
+  const socket = new WebSocket(`ws://${base.host}/socket`, { origin: base.origin });
+  let state = null;
+  socket.on("open", () => socket.send(Buffer.from(base.hash.slice(1))));
+  socket.on("message", (data) => {
+    if (data[0] === 3) state = JSON.parse(data.subarray(1).toString());
+  });
+  const until = async (condition) => {
+    for (let k = 0; k < 2000; k++) {
+      if (state && condition(state)) return;
+      await pause(5);
+    }
+    throw new Error("the state did not come");
+  };
+  return { until, close: () => socket.close() };
+}
+
+const browser = await puppeteer.launch({ executablePath: chromium, headless: true, args: ["--no-sandbox", "--lang=en"] });
+try {
+  await loop(browser, "en");
+  await loop(browser, "uk");
+  await dead(browser, "frozen main thread", (page) => void page.evaluate(() => { for (const until = Date.now() + 4000; Date.now() < until;); }).catch(() => {}));
+  await dead(browser, "page closed", (page) => page.close());
+  await dead(browser, "reload", (page) => page.reload());
+  await dead(browser, "other tab in front", async () => { await (await browser.newPage()).bringToFront(); });
+} finally {
+  await browser.close();
+}
+process.exit(0);
