@@ -155,6 +155,7 @@ async function showAnswer(answer) {
   plots.forEach((plot) => plot.destroy());
   plots = [];
   const place = byId("answer");
+  place.dataset.series = answer.series ?? "";
   const parts = [];
   if (answer.outputs) {
     const rows = Object.entries(answer.outputs).map(([name, o]) => [name, o.rms, o.noise, o.ratio].map((cell, k) => (k === 0 ? cell : element("span", { class: "mono" }, number(cell, 4)))));

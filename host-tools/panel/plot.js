@@ -25,7 +25,7 @@ export class Plot {
       height,
       scales: { x: { time: false } },
       cursor: { drag: { x: true, y: false }, sync: sync ? { key: sync } : undefined },
-      axes: [{ ...axis, label: text("time_s"), size: 34 }, { ...axis, label: series[0].unit, size: 68, values: (/** @type {any} */ _u, /** @type {number[]} */ ticks) => ticks.map((tick) => number(tick, 6)) }],
+      axes: [{ ...axis, label: text("time_s"), size: 34 }, { ...axis, label: series[0].unit, size: 68, space: 22, values: (/** @type {any} */ _u, /** @type {number[]} */ ticks) => ticks.map((tick) => number(tick, 6)) }],
       series: [{ label: "t, s", value: (/** @type {any} */ _u, /** @type {number|null} */ v) => (v == null ? "–" : number(v, 8)) },
         ...series.map((s, k) => ({ label: s.label, value: value(s), width: 1.5, points: { show: (/** @type {any} */ u) => visiblePoints(u) < 150 }, ...STYLES[k % STYLES.length] }))],
       hooks: { setSelect: [(/** @type {any} */ u) => { this.isZoomed = u.select.width > 0; }], setScale: [(/** @type {any} */ u, /** @type {string} */ key) => { if (key === "x" && onRange) onRange(u.scales.x.min, u.scales.x.max); }] },
@@ -41,7 +41,7 @@ export class Plot {
 
   /** @param {any} data arrays: time, then each series; a zoomed plot keeps its range */
   set(data) {
-    this.plot.setData(data, !this.isZoomed);
+    this.plot.setData(data.map(withGaps), !this.isZoomed);
     if (this.isZoomed) this.plot.redraw();
   }
 
@@ -59,6 +59,11 @@ export class Plot {
     this.observer.disconnect();
     this.plot.destroy();
   }
+}
+
+/** A missing value is a gap for the library only as null; NaN would spoil the range of the axis. @param {Float64Array} values */
+function withGaps(values) {
+  return values.some(Number.isNaN) ? Array.from(values, (value) => (Number.isNaN(value) ? null : value)) : values;
 }
 
 /** @param {any} u */

@@ -23,7 +23,7 @@ async function panel(name) {
 
 /** Moves the focus with Tab until the element has it. */
 async function focus(page, selector) {
-  await page.waitForSelector(`${selector}:not([disabled])`, { timeout: 120_000 });
+  await page.waitForSelector(`${selector}:not([disabled])`, { timeout: 600_000 });
   for (let k = 0; k < 200; k++) {
     if (await page.evaluate((s) => document.activeElement?.matches(s), selector)) return;
     await page.keyboard.press("Tab");
@@ -45,7 +45,15 @@ async function tab(page, from, steps) {
   await focus(page, `#tab-${from}`);
   for (let k = 0; k < steps; k++) await page.keyboard.press("ArrowRight");
 }
-const idle = (page) => page.waitForFunction(() => document.querySelector("#job-identify").hidden && !document.querySelector("#compare").disabled, { timeout: 120_000 });
+/** Explains, and waits for the answer on the page. */
+async function explain(page) {
+  const before = await page.$eval("#answer", (node) => node.dataset.series);
+  await press(page, "#explain");
+  const shown = (old) => { const { series = "" } = document.querySelector("#answer").dataset; return series !== old && series.startsWith("explain"); };
+  await page.waitForFunction(shown, { timeout: 600_000 }, before);
+  await idle(page);
+}
+const idle = (page) => page.waitForFunction(() => document.querySelector("#job-identify").hidden && !document.querySelector("#compare").disabled, { timeout: 600_000 });
 const text = (page, selector) => page.$eval(selector, (node) => node.textContent);
 async function picture(page, name) {
   if (pictures) await page.screenshot({ path: `${pictures}/${name}.png` });
@@ -89,16 +97,13 @@ async function loop(browser, language) {
     await type(page, "#seconds", language === "uk" ? "10,0" : "10.0");
     await press(page, "#record");
     await page.waitForSelector("#job-drive:not([hidden])");
-    await page.waitForSelector("#job-drive[hidden]", { timeout: 120_000 });
+    await page.waitForSelector("#job-drive[hidden]", { timeout: 600_000 });
     await tab(page, "live", 1);
     await page.waitForFunction(() => document.querySelector("#log-choice").value === "run-1.parquet");
     await press(page, "#fit");
-    await page.waitForFunction(() => document.querySelectorAll(".steps > div").length === 1, { timeout: 120_000 });
+    await page.waitForFunction(() => document.querySelectorAll(".steps > div").length === 1, { timeout: 600_000 });
     await picture(page, `compare-${language}`);
-    await press(page, "#explain");
-    await pause(300);
-    await page.waitForSelector("[data-add]", { timeout: 120_000 });
-    await idle(page);
+    await explain(page);
     await picture(page, `explain-${language}`);
     const best = await page.$eval("[data-add]", (node) => node.dataset.add);
     for (let k = 0; k < 4; k++) {
@@ -106,11 +111,9 @@ async function loop(browser, language) {
       if (!next) break;
       const before = await page.$$eval(".steps > div", (all) => all.length);
       await press(page, "[data-add]");
-      await page.waitForFunction((n) => document.querySelectorAll(".steps > div").length > n, { timeout: 120_000 }, before);
+      await page.waitForFunction((n) => document.querySelectorAll(".steps > div").length > n, { timeout: 600_000 }, before);
       await idle(page);
-      await press(page, "#explain");
-      await pause(400);
-      await idle(page);
+      await explain(page);
       if (/adequate/.test(await text(page, "#answer h2"))) break;
     }
     const ratios = await page.$$eval(".steps strong", (all) => all.map((node) => Number(node.textContent.replace(",", "."))));
@@ -177,7 +180,7 @@ async function watch(base) {
   return { until, close: () => socket.close() };
 }
 
-const browser = await puppeteer.launch({ executablePath: chromium, headless: true, args: ["--no-sandbox", "--lang=en"] });
+const browser = await puppeteer.launch({ executablePath: chromium, headless: true, protocolTimeout: 900_000, args: ["--no-sandbox", "--lang=en"] });
 try {
   await loop(browser, "en");
   await loop(browser, "uk");

@@ -17,8 +17,8 @@ use crate::log::Log;
 use crate::model::Model;
 use crate::report::{self, Comparison};
 
-/// Time limit of a fit or a search, s: that of the command line.
-const TIME_LIMIT_S: f64 = 60.0;
+/// Time limit of a fit or a search, s. Longer than that of the command line: the page shows the stage and has a button that cancels.
+const TIME_LIMIT_S: f64 = 600.0;
 
 fn words(error: impl std::fmt::Display) -> String {
     error.to_string()
