@@ -164,7 +164,9 @@ async function showAnswer(answer) {
       sentences.length === 0 ? element("p", { class: "good" }, text("adequate")) : element("ol", {}, ...sentences.map((/** @type {string} */ sentence) => element("li", {}, sentence))));
   }
   if (answer.verdict) {
-    const candidates = (answer.candidates ?? []).slice(0, 8);
+    // The effects that the search has chosen come first: members of a family can be equal in evidence.
+    const chosen = (/** @type {any} */ candidate) => Number((answer.missing ?? []).includes(candidate.effect));
+    const candidates = [...(answer.candidates ?? [])].sort((a, b) => chosen(b) - chosen(a)).slice(0, 8);
     const rows = candidates.map((/** @type {any} */ candidate) => [candidate.effect, element("span", { class: "mono" }, number(candidate.delta_bic, 5)),
       Object.entries(candidate.parameters ?? {}).map(([name, p]) => `${name} = ${number(/** @type {any} */ (p).value, 4)}`).join(", "),
       element("span", { class: "row" }, button("add", () => addEffect(candidate), { "data-add": candidate.effect, "aria-label": `${text("add")}: ${candidate.effect}` }), button("page", () => showEffect(candidate.effect), { "aria-label": `${text("page")}: ${candidate.effect}` }))]);

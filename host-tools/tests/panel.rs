@@ -207,9 +207,6 @@ fn loop_finds_a_hidden_effect_and_its_files_are_those_of_the_command_line() {
     let started = record(&panel, &mut page, 10.0, &json!({"find_index": true}));
     let log = finish(&mut page, &started["job"])["answer"].as_str().unwrap().to_owned();
     let words = json!({"log": log, "model": "model.toml"});
-    for effect in ["viscous", "coulomb"] {
-        panel.post("model", &json!({"name": "model.toml", "add": effect}));
-    }
     let worst = |page: &mut Page, fit: bool| {
         let mut words = words.clone();
         words["fit"] = fit.into();

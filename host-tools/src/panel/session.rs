@@ -15,6 +15,9 @@ const MAX_NAME: usize = 100;
 /// Model of a new session.
 pub const MODEL: &str = "model.toml";
 
+/// Effects of the first model: what every drive has. Without friction the search has too much to explain at once.
+const FIRST_EFFECTS: [&str; 2] = ["viscous", "coulomb"];
+
 /// Why a file of the session cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
@@ -62,7 +65,9 @@ impl Session {
         let folder = folder.canonicalize().map_err(failed)?;
         let model = folder.join(MODEL);
         if !model.exists() {
-            Model::new(Input::Voltage, MODEL)?.write(&model)?;
+            let mut first = Model::new(Input::Voltage, MODEL)?;
+            FIRST_EFFECTS.iter().try_for_each(|effect| first.add(effect))?;
+            first.write(&model)?;
         }
         let path = folder.join("commands.txt");
         let commands = OpenOptions::new().create(true).append(true).open(&path).map_err(|error| SessionError::Io(path, error))?;
