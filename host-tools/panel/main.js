@@ -27,6 +27,7 @@ function alert(message) {
 /** @param {any} now */
 function showState(now) {
   byId("port").textContent = now.port;
+  byId("folder").textContent = now.folder;
   const { drive } = now;
   byId("drive-state").textContent = text(drive.is_on ? "drive_on" : "drive_off") + (drive.is_on ? ` (${drive.mode})` : "") + (/^("?none"?)?$/i.test(drive.limits) ? "" : ` · ${text("limits")}: ${drive.limits}`);
   const lines = [];
@@ -78,7 +79,7 @@ function buildCommands() {
     element("form", { class: "row", onsubmit: submit }, element("label", {}, text("console"), line), element("button", { class: "main" }, text("send")),
       element("button", { type: "button", onclick: () => navigator.clipboard.writeText(sent.map((note) => note.line).join("\n")) }, text("copy"))),
     element("pre", { id: "log", tabindex: "0", role: "log", "aria-label": text("commands") }),
-    element("p", { class: "faint" }, `${text("replay_note")} ${text("session_folder")}: ${state?.folder ?? ""}`));
+    element("p", { class: "faint" }, `${text("replay_note")} ${text("session_folder")}: `, element("span", { id: "folder", class: "mono" }, state?.folder ?? "")));
   sent.forEach(showCommand);
 }
 

@@ -24,6 +24,12 @@ fn words(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
+/// The command that does the same in a shell.
+pub fn command(kind: &str, log: &str, model: &str) -> String {
+    let out = if kind == "fit" { format!(" --out {model} --force") } else { String::new() };
+    format!("stand {kind} {log} --model {model}{out}")
+}
+
 fn read(panel: &Panel, log: &str, model: &str) -> Result<(Log, Model), String> {
     let model = Model::read(panel.session.existing(model).map_err(words)?).map_err(words)?;
     let mut log = read_for(&panel.session.existing(log).map_err(words)?, &model).map_err(words)?;
@@ -88,10 +94,7 @@ pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool,
     describe(&mut json, log_name, model_name, &answer, &model);
     json["sentences"] = sentences.into();
     write_json(&panel.session.new_file(&answer).map_err(words)?, &json)?;
-    panel.session.note_command(&match fits {
-        true => format!("stand fit {log_name} --model {model_name} --out {model_name} --force"),
-        false => format!("stand compare {log_name} --model {model_name}"),
-    });
+    panel.session.note_command(&command(kind, log_name, model_name));
     Ok(answer)
 }
 
@@ -142,6 +145,6 @@ pub fn explain(panel: &Arc<Panel>, log_name: &str, model_name: &str, job: &Job) 
     describe(&mut json, log_name, model_name, &answer, &model);
     json["text"] = report::explain_text(&explanation, report::Style { colour: false, width: 100 }).into();
     write_json(&panel.session.new_file(&answer).map_err(words)?, &json)?;
-    panel.session.note_command(&format!("stand explain {log_name} --model {model_name}"));
+    panel.session.note_command(&command("explain", log_name, model_name));
     Ok(answer)
 }

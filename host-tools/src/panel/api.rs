@@ -188,7 +188,7 @@ async fn compare(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: AnalysisRequest = parsed(&body)?;
     let shared = panel.clone();
     let kind = if request.fit { "fit" } else { "compare" };
-    panel.hub.note(&format!("stand {kind} {} --model {}", request.log, request.model), &[], &[]);
+    panel.hub.note(&analysis::command(kind, &request.log, &request.model), &[], &[]);
     let number = panel.jobs.start(kind, move |job| analysis::compare(&shared, &request.log, &request.model, request.fit, job))?;
     Ok(Json(json!({"job": number})))
 }
@@ -196,7 +196,7 @@ async fn compare(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
 async fn explain(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: AnalysisRequest = parsed(&body)?;
     let shared = panel.clone();
-    panel.hub.note(&format!("stand explain {} --model {}", request.log, request.model), &[], &[]);
+    panel.hub.note(&analysis::command("explain", &request.log, &request.model), &[], &[]);
     let number = panel.jobs.start("explain", move |job| analysis::explain(&shared, &request.log, &request.model, job))?;
     Ok(Json(json!({"job": number})))
 }
