@@ -1,5 +1,6 @@
 //! The requests of the page other than its WebSocket: JSON in, JSON out, columns of a log as float64.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -234,26 +235,19 @@ async fn model(_: Admitted, State(panel): Shared, Query(Name { name }): Query<Na
     .await
 }
 
-/// An edit of a model file.
+/// An edit of a model file: one of the changes. Not a flattened enum, whose numbers serde cannot read with arbitrary precision.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ModelEdit {
     name: String,
-    #[serde(flatten)]
-    change: Change,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Change {
     /// Add an effect of the catalogue.
-    Add(String),
+    add: Option<String>,
     /// Add an effect by a torque as an expression.
-    AddExpression(OwnEffect),
+    add_expression: Option<OwnEffect>,
     /// Remove an effect.
-    Remove(String),
+    remove: Option<String>,
     /// Values of parameters.
-    Set(std::collections::BTreeMap<String, f64>),
+    set: Option<BTreeMap<String, f64>>,
 }
 
 #[derive(Deserialize)]
@@ -262,36 +256,37 @@ struct OwnEffect {
     name: String,
     torque_N_m: String,
     #[serde(default)]
-    parameters: std::collections::BTreeMap<String, f64>,
+    parameters: BTreeMap<String, f64>,
 }
 
 async fn edit_model(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
-    let ModelEdit { name, change } = parsed(&body)?;
+    let ModelEdit { name, add, add_expression, remove, set } = parsed(&body)?;
     blocking(move || {
         let path = panel.session.existing(&name)?;
         let _locked = files::lock(&path)?;
         let mut model = Model::read(&path)?;
-        let mut command = None;
-        match change {
-            Change::Add(effect) => {
-                model.add(&effect)?;
-                command = Some(format!("stand model add {name} {effect}"));
+        let mut commands = Vec::new();
+        if let Some(effect) = add {
+            model.add(&effect)?;
+            commands.push(format!("stand model add {name} {effect}"));
+        }
+        if let Some(effect) = remove {
+            model.remove(&effect)?;
+            commands.push(format!("stand model remove {name} {effect}"));
+        }
+        if let Some(own) = add_expression {
+            if own.torque_N_m.len() > MAX_EXPRESSION {
+                return Err(format!("the expression is longer than {MAX_EXPRESSION} characters").into());
             }
-            Change::Remove(effect) => {
-                model.remove(&effect)?;
-                command = Some(format!("stand model remove {name} {effect}"));
-            }
-            Change::Set(values) => model.set_all(values.iter().map(|(name, value)| (name.as_str(), *value)))?,
-            Change::AddExpression(own) => {
-                if own.torque_N_m.len() > MAX_EXPRESSION {
-                    return Err(format!("the expression is longer than {MAX_EXPRESSION} characters").into());
-                }
-                let parameters: Vec<(&str, f64)> = own.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-                model.add_user_effect(&own.name, SummingPoint::Torque, &own.torque_N_m, &parameters)?;
-            }
+            let parameters: Vec<(&str, f64)> = own.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+            model.add_user_effect(&own.name, SummingPoint::Torque, &own.torque_N_m, &parameters)?;
+        }
+        if let Some(values) = set {
+            model.set_all(values.iter().map(|(name, value)| (name.as_str(), *value)))?;
+            commands.extend(values.iter().map(|(parameter, value)| format!("stand model set {name} {parameter} {value}")));
         }
         model.write(&path)?;
-        if let Some(command) = command {
+        for command in commands {
             panel.hub.note(&command, &[], &[]);
             panel.session.note_command(&command);
         }

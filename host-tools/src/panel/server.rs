@@ -4,7 +4,7 @@ use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::extract::ws::WebSocketUpgrade;
@@ -23,6 +23,7 @@ use tokio::time::timeout;
 
 use super::api;
 use super::assets::ASSETS;
+use super::control::ClientId;
 use super::hub::Hub;
 use super::jobs::Jobs;
 use super::line::Line;
@@ -64,6 +65,14 @@ impl Panel {
     pub fn stop(&self, reason: &str) {
         self.line.stop(reason);
         self.hub.note("0x18", &[], &[format!("stopped: {reason}")]);
+    }
+
+    /// A page leaves; if it may have set the drive in motion, the drive is stopped.
+    pub fn leave(&self, client: ClientId, reason: &str) {
+        let must_stop = self.line.control().leave(client, Instant::now());
+        if must_stop {
+            self.stop(reason);
+        }
     }
 }
 

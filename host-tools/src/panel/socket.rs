@@ -78,9 +78,7 @@ pub async fn serve(panel: Arc<Panel>, mut socket: WebSocket) {
     }
     let client = panel.next_client.fetch_add(1, Ordering::Relaxed);
     exchange(&panel, client, &mut socket).await;
-    if panel.line.control().leave(client, Instant::now()) {
-        panel.stop("the page that drives was closed");
-    }
+    panel.leave(client, "the page that drives was closed");
 }
 
 async fn exchange(panel: &Arc<Panel>, client: ClientId, socket: &mut WebSocket) {
@@ -133,11 +131,7 @@ fn take_word(panel: &Panel, client: ClientId, given: u8) {
             // A refusal shows in the state: another client is the driver.
             let _ = panel.line.control().take(client, now);
         }
-        word::LEAVE => {
-            if panel.line.control().leave(client, now) {
-                panel.stop("the page that drives was hidden or gave up the control");
-            }
-        }
+        word::LEAVE => panel.leave(client, "the page that drives was hidden or gave up the control"),
         word::STOP => panel.stop("STOP on a page"),
         _ => {}
     }
