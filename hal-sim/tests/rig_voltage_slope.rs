@@ -1,4 +1,5 @@
 //! A voltage that moves within a row: the rig with the first moment of the voltage, against the rig on a hundred rows of constant voltage.
+#![allow(clippy::unwrap_used)]
 
 mod common;
 

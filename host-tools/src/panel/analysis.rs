@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::jobs::{CANCELLED, Job};
-use super::server::Panel;
+use super::parts::Panel;
 use crate::files;
 use crate::identify::deadline::Deadline;
 use crate::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};

@@ -14,6 +14,7 @@ mod control;
 mod hub;
 mod jobs;
 mod line;
+mod parts;
 mod recording;
 mod security;
 mod server;
@@ -30,7 +31,8 @@ use crate::acquire::link::LinkError;
 use hub::{Hub, HubObserver};
 use jobs::Jobs;
 use line::Line;
-use server::{Panel, Server};
+use parts::Panel;
+use server::Server;
 use session::Session;
 
 pub use session::SessionError;

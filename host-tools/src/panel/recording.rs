@@ -14,7 +14,7 @@ use stand_firmware::telemetry::Channels;
 use super::connection::PanelConnection;
 use super::control::ClientId;
 use super::jobs::Job;
-use super::server::Panel;
+use super::parts::Panel;
 use crate::acquire::profile_recording::{ProfileRecordingRequest, early_end, record_profile};
 use crate::acquire::recording::{RecordingMonitor, RecordingProgress};
 use crate::log::Notes;

@@ -3,8 +3,8 @@
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::time::{Duration, Instant};
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use axum::Router;
 use axum::extract::ws::WebSocketUpgrade;
@@ -23,12 +23,8 @@ use tokio::time::timeout;
 
 use super::api;
 use super::assets::ASSETS;
-use super::control::ClientId;
-use super::hub::Hub;
-use super::jobs::Jobs;
-use super::line::Line;
+use super::parts::Panel;
 use super::security::{Gate, RESPONSE_HEADERS, Token};
-use super::session::Session;
 use super::socket;
 
 /// Pages at a time.
@@ -41,40 +37,6 @@ const MAX_MESSAGE: usize = 64 << 10;
 const HEAD_TIMEOUT: Duration = Duration::from_secs(5);
 /// Time for a request with its body and its answer.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(30);
-
-/// All parts of a panel.
-pub struct Panel {
-    /// The line to the stand.
-    pub line: Line,
-    /// What pages see.
-    pub hub: Arc<Hub>,
-    /// The folder.
-    pub session: Arc<Session>,
-    /// The work.
-    pub jobs: Jobs,
-    /// The checks.
-    pub gate: Gate,
-    /// Number of the next page.
-    pub next_client: AtomicU64,
-    /// Pages that are open.
-    pub clients: AtomicUsize,
-}
-
-impl Panel {
-    /// Stops the drive and says why.
-    pub fn stop(&self, reason: &str) {
-        self.line.stop(reason);
-        self.hub.note("0x18", &[], &[format!("stopped: {reason}")]);
-    }
-
-    /// A page leaves; if it may have set the drive in motion, the drive is stopped.
-    pub fn leave(&self, client: ClientId, reason: &str) {
-        let must_stop = self.line.control().leave(client, Instant::now());
-        if must_stop {
-            self.stop(reason);
-        }
-    }
-}
 
 /// The listening server: where it is, before it serves.
 pub struct Server {

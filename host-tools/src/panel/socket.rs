@@ -17,7 +17,7 @@ use super::control::ClientId;
 use super::hub::{MessageKind, json_message};
 use super::jobs::JobState;
 use super::line::DriveState;
-use super::server::Panel;
+use super::parts::Panel;
 
 /// Time for the first message.
 const TOKEN_TIMEOUT: Duration = Duration::from_secs(2);

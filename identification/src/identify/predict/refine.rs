@@ -44,7 +44,7 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
     fixed.list.iter_mut().for_each(|p| p.fixed = true);
     let noise: Vec<f64> = free_run.channels.iter().map(|c| c.noise).collect();
     let run = fit::refit(system, &fixed, data, &free_run.initial_states, &noise).ok()?;
-    leaves_noise_only(&run).then(|| FitResult {
+    leaves_noise_only(&run).then_some(FitResult {
         channels: run.channels,
         initial_states: run.initial_states,
         chi2: run.chi2,
