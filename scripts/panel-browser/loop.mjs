@@ -78,7 +78,7 @@ async function loop(browser, language) {
     await page.goto(address);
     await page.waitForSelector("#driver");
     await focus(page, "#language");
-    await page.keyboard.type(language === "uk" ? "У" : "E");
+    await page.keyboard.press(language === "uk" ? "ArrowDown" : "ArrowUp");
     await page.waitForFunction((l) => document.documentElement.lang === l, {}, language);
     claim(true, `language ${language}`);
     await press(page, "#take");

@@ -20,6 +20,7 @@ macro_rules! assets {
 pub const ASSETS: &[Asset] = assets! {
     "/" "text/html; charset=utf-8" "index.html";
     "/style.css" "text/css; charset=utf-8" "style.css";
+    "/icon.svg" "image/svg+xml" "icon.svg";
     "/main.js" "text/javascript; charset=utf-8" "main.js";
     "/connection.js" "text/javascript; charset=utf-8" "connection.js";
     "/live.js" "text/javascript; charset=utf-8" "live.js";
