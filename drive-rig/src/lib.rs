@@ -118,6 +118,10 @@ impl RowInput {
         self.input + self.voltage_slope_V * (2.0 * part.from + part.length_s / self.dt_s - 1.0)
     }
 
+    fn whole(&self) -> Part {
+        Part { from: 0.0, length_s: self.dt_s }
+    }
+
     /// Slope of the voltage, V/s.
     #[inline]
     fn voltage_slope_V_s(&self) -> f64 {
@@ -275,7 +279,7 @@ impl<S: Scalar> Rig<S> {
     fn is_held(&self, state: &State<S>, row: &RowInput) -> bool {
         let x = self.point(row, Part::END, state.theta, self.motor_omega(state), state.current, state.heat_K);
         let total = self.contributions(&x, row, state.theta);
-        let motor = self.motor(&total, x.omega, state.current, row, Part { from: 0.0, length_s: row.dt_s });
+        let motor = self.motor(&total, x.omega, state.current, row, row.whole());
         let shaft = self.structure.shaft.as_ref().map_or(0.0, |s| if s.gap.re() > 0.0 { 0.0 } else { s.stiffness.re() * state.twist.re() });
         (motor.torque.re() - shaft).abs() <= motor.coulomb_torque.re()
     }
@@ -283,7 +287,7 @@ impl<S: Scalar> Rig<S> {
     #[inline]
     fn advance_in(&self, state: &mut State<S>, row: &RowInput, steps: u32) -> S {
         if steps == 1 {
-            return self.step(state, row, Part { from: 0.0, length_s: row.dt_s });
+            return self.step(state, row, row.whole());
         }
         let length_s = row.dt_s / f64::from(steps);
         let mut current = S::zero();

@@ -23,6 +23,18 @@ export function byId(id) {
   return document.getElementById(id);
 }
 
+/** Runs actions of buttons and shows the error of the last one in the element of this id. @param {string} id */
+export const attemptIn = (id) => async (/** @type {() => Promise<any>} */ action) => {
+  const place = byId(id);
+  place.hidden = true;
+  try {
+    await action();
+  } catch (error) {
+    place.textContent = /** @type {Error} */ (error).message;
+    place.hidden = false;
+  }
+};
+
 /** A table with a caption. The cells of numbers are right-aligned.
  * @param {string} caption @param {string[]} heads @param {(Node|string|number)[][]} rows */
 export function table(caption, heads, rows) {

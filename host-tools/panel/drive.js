@@ -1,6 +1,6 @@
 // Control, drive, recording: every click sends one SCPI line or one command of `stand`, which the list of commands shows.
 import { drives, leaveControl, on, request, state, takeControl } from "./connection.js";
-import { byId, element } from "./dom.js";
+import { attemptIn, byId, element } from "./dom.js";
 import { number, parse, text } from "./text.js";
 
 /** @type {{name: string, description: string, parameters: string[]}[]} */
@@ -13,17 +13,7 @@ export async function send(line) {
   return answer.replies;
 }
 
-/** Runs an action of a button and shows its error. @param {() => Promise<any>} action */
-export async function attempt(action) {
-  const place = byId("drive-error");
-  place.hidden = true;
-  try {
-    await action();
-  } catch (error) {
-    place.textContent = /** @type {Error} */ (error).message;
-    place.hidden = false;
-  }
-}
+export const attempt = attemptIn("drive-error");
 
 /** @param {string} key @param {any} input */
 const field = (key, input) => element("label", { class: "field" }, text(key), input);

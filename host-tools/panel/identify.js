@@ -1,6 +1,6 @@
 // The loop: model, compare, explain, candidates, add an effect, and the staircase of the error.
 import { on, readLog, request } from "./connection.js";
-import { byId, element, table } from "./dom.js";
+import { attemptIn, byId, element, table } from "./dom.js";
 import { unitOf } from "./live.js";
 import { Plot } from "./plot.js";
 import { number, parse, text } from "./text.js";
@@ -17,17 +17,7 @@ let plots = [];
 let shown = null;
 let handled = 0;
 
-/** @param {() => Promise<any>} action */
-async function attempt(action) {
-  const place = byId("identify-error");
-  place.hidden = true;
-  try {
-    await action();
-  } catch (error) {
-    place.textContent = /** @type {Error} */ (error).message;
-    place.hidden = false;
-  }
-}
+const attempt = attemptIn("identify-error");
 
 const button = (/** @type {string} */ key, /** @type {() => Promise<any>} */ action, /** @type {any} */ more = {}) =>
   element("button", { type: "button", onclick: () => attempt(action), ...more }, text(key));
@@ -167,11 +157,14 @@ async function showAnswer(answer) {
     // The effects that the search has chosen come first: members of a family can be equal in evidence.
     const chosen = (/** @type {any} */ candidate) => Number((answer.missing ?? []).includes(candidate.effect));
     const candidates = [...(answer.candidates ?? [])].sort((a, b) => chosen(b) - chosen(a)).slice(0, 8);
+    // What has no evidence is not offered by a click; the command `stand model add` adds any effect.
+    const isOffered = (/** @type {any} */ candidate) => candidate.refitted && candidate.refused === null && candidate.delta_bic < 0;
     const rows = candidates.map((/** @type {any} */ candidate) => [candidate.effect, element("span", { class: "mono" }, number(candidate.delta_bic, 5)),
       Object.entries(candidate.parameters ?? {}).map(([name, p]) => `${name} = ${number(/** @type {any} */ (p).value, 4)}`).join(", "),
-      element("span", { class: "row" }, button("add", () => addEffect(candidate), { "data-add": candidate.effect, "aria-label": `${text("add")}: ${candidate.effect}` }), button("page", () => showEffect(candidate.effect), { "aria-label": `${text("page")}: ${candidate.effect}` }))]);
+      candidate.refused ?? candidate.fate ?? "",
+      element("span", { class: "row" }, isOffered(candidate) ? button("add", () => addEffect(candidate), { "data-add": candidate.effect, "aria-label": `${text("add")}: ${candidate.effect}` }) : null, button("page", () => showEffect(candidate.effect), { "aria-label": `${text("page")}: ${candidate.effect}` }))]);
     parts.push(element("h2", {}, `${text("verdict")}: ${answer.verdict}${answer.missing?.length ? ` (${answer.missing.join(", ")})` : ""}`),
-      table(text("candidates"), [text("effect"), text("evidence"), text("parameters"), ""], rows), element("pre", { class: "mono", tabindex: "0" }, answer.text ?? ""));
+      table(text("candidates"), [text("effect"), text("evidence"), text("parameters"), text("judgement"), ""], rows), element("pre", { class: "mono", tabindex: "0" }, answer.text ?? ""));
   }
   const figures = element("div");
   place.replaceChildren(...parts, figures);

@@ -79,6 +79,7 @@ export const TEXT = {
   candidates: ["Candidates", "Кандидати"],
   effect: ["effect", "ефект"],
   evidence: ["ΔBIC", "ΔBIC"],
+  judgement: ["judgement", "оцінка"],
   page: ["Page", "Сторінка"],
   verdict: ["Verdict", "Висновок"],
   staircase: ["Error after each step (rms / noise of the worst output, logarithmic)", "Похибка після кожного кроку (СКЗ / шум найгіршого виходу, логарифмічно)"],

@@ -8,7 +8,7 @@ use super::fit::{
     self, FitError, FitResult, PreparedLog, Unidentifiable,
     prepare::{PreparationNote, PrepareError},
 };
-use super::predict::{by_prediction_errors, leaves_noise_only, needs_prediction_errors};
+use super::predict::{by_prediction_errors, needs_prediction_errors};
 use super::recording_conventions::fit_as_recorded;
 use super::repetition::{Repetition, repetition};
 use super::residual::{self, Misfit};
@@ -133,8 +133,8 @@ pub fn evaluate<'a>(
         }
         remarks.extend(constants::shifted(model, fitted).into_iter().map(EvaluationRemark::ShiftedConstant));
     }
-    if treatment != ParameterTreatment::Kept && !leaves_noise_only(&result) {
-        let ratio = result.channels.iter().map(|c| c.chi2_per_n().sqrt()).fold(0.0, f64::max);
+    if treatment != ParameterTreatment::Kept && !result.leaves_noise_only() {
+        let ratio = result.worst_chi2_per_n().sqrt();
         remarks.push(EvaluationRemark::MoreThanNoise { ratio });
     }
     remarks.extend(repetition(&data).map(EvaluationRemark::Repetition));

@@ -9,8 +9,6 @@ use super::fit::{FitError, FitResult, PreparedLog, outliers, prepared_log};
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
-/// χ²/n of the worst channel above which conventions are tried: rms 4 % above the noise.
-const MIN_CHI2_PER_N: f64 = 1.08;
 /// Least gain, 2 ln of the likelihood ratio, for a convention that differs from that of the project, per compared value: the rms falls by 1 %.
 pub const MIN_GAIN_PER_VALUE: f64 = 0.02;
 /// The same at least, whatever the number of values.
@@ -53,7 +51,7 @@ pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Resu
     let mut result = fit(data, None)?;
     result = without_outliers(data, result, fit)?;
     for convention in Convention::ALL {
-        if worst_chi2_per_n(&result) <= MIN_CHI2_PER_N || data.deadline.has_passed() {
+        if result.leaves_noise_only() || data.deadline.has_passed() {
             break;
         }
         let mut other = data.clone();
@@ -85,10 +83,6 @@ pub fn fit_by(conventions: &[Convention], log: &Log, data: &mut PreparedLog, fit
 
 fn outlier_notes<'d>(data: &'d PreparedLog) -> impl Iterator<Item = PreparationNote> + 'd {
     outliers::count(data).into_iter().map(|(channel, rows)| PreparationNote::Outliers { channel, rows, of: data.len() })
-}
-
-fn worst_chi2_per_n(result: &FitResult) -> f64 {
-    result.channels.iter().map(|c| c.chi2_per_n()).fold(0.0, f64::max)
 }
 
 /// Excludes outliers and fits again, if there are any.
@@ -152,7 +146,7 @@ pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Optio
                 return None;
             }
             channel.mean_before_s = Some(dt_s);
-            Some(PreparationNote::AssumedOverLastRow { column })
+            Some(PreparationNote::AssumedOverLastRow { column, interval_s: dt_s })
         }
     }
 }

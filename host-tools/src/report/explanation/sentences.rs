@@ -153,7 +153,8 @@ pub fn shape(axis: Axis, shape: &Shape) -> String {
         }
         ShapeForm::Oscillation { frequency_Hz, amplitude } => {
             let what = if shape.acts_on == SummingPoint::Voltage { "a part of the commanded voltage" } else { "a torque" };
-            format!("The residual looks like {what} that oscillates at {frequency_Hz:.3} Hz with the amplitude {amplitude:.2e}.")
+            let (_, unit) = acts_on(axis, shape.acts_on);
+            format!("The residual looks like {what} that oscillates at {frequency_Hz:.3} Hz with the amplitude {amplitude:.2e} {unit}.")
         }
     }
 }

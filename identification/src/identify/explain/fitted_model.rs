@@ -168,7 +168,7 @@ impl<'a> FittedModel<'a> {
 
     /// χ²/n of the worst channel: 1 where only noise is left.
     pub fn chi2_per_n(&self) -> f64 {
-        worst(self.fit.channels.iter().map(|c| c.chi2_per_n()))
+        self.fit.worst_chi2_per_n()
     }
 
     /// Class of what the model leaves.

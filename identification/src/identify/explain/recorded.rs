@@ -45,18 +45,14 @@ pub fn search_as_recorded<'a>(
 /// The conventions to search by instead of the `assumed` ones; `None` where the model at the end of the search supports these.
 fn other_conventions(found: &Search, assumed: &[Convention], data: &PreparedLog) -> Result<Option<Vec<Convention>>, FitError> {
     let Some(last) = found.models.last() else { return Ok(None) };
-    let noise_only = last.misfit() <= MisfitClass::Invisible;
-    if assumed.is_empty() && (noise_only || found.added.is_empty()) {
-        return Ok(None);
+    let (leaves_more, is_assumed) = (last.misfit() > MisfitClass::Invisible, !assumed.is_empty());
+    if !found.added.is_empty() && (leaves_more || is_assumed) {
+        let best = last.best_conventions(data)?;
+        if best != assumed {
+            return Ok(Some(best));
+        }
     }
-    let best = if found.added.is_empty() { assumed.to_vec() } else { last.best_conventions(data)? };
-    Ok(if best != assumed {
-        Some(best)
-    } else if noise_only {
-        None
-    } else {
-        Some(Vec::new())
-    })
+    Ok((leaves_more && is_assumed).then(Vec::new))
 }
 
 /// True if the last model of `found` has a lower BIC than the last of `kept`, on the same logs.

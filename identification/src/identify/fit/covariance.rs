@@ -97,8 +97,8 @@ const MIN_BLOCKS_PER_PARAMETER: usize = 3;
 /// The covariance at an iterate from the sums of the score over blocks of rows, which may be correlated within a block in any way (cluster-robust: Liang and
 /// Zeger, Biometrika 73 (1986) 13, with the factor G/(G − p) for G blocks and p parameters). `None` where there are too few blocks.
 pub fn clustered(problem: Problem, iterate: &Iterate, equations: &NormalEquations) -> Option<Covariance> {
-    let (free, unknowns) = (iterate.parameters.free().len(), iterate.parameters.free().len() + iterate.initial_states.kinds.len());
-    let (scores, blocks) = match unknowns {
+    let free = iterate.parameters.free().len();
+    let (scores, blocks) = match free + iterate.initial_states.kinds.len() {
         0..=8 => clustered_scores::<8>(problem, iterate),
         9..=16 => clustered_scores::<16>(problem, iterate),
         _ => clustered_scores::<32>(problem, iterate),

@@ -40,6 +40,8 @@ pub use problem::Problem;
 pub use solve::Iterate;
 pub use system::{Effect, System};
 
+use crate::statistics::Extremes;
+
 /// Reason why a comparison or a fit is impossible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
@@ -104,7 +106,20 @@ pub struct FitResult {
     pub chi2: f64,
 }
 
+/// χ²/n of the worst channel up to which a fit leaves only noise: rms 4 % above it, the error of the noise estimate.
+const MAX_CHI2_PER_N_OF_NOISE: f64 = 1.08;
+
 impl FitResult {
+    /// χ²/n of the worst channel: 1 where only noise is left.
+    pub fn worst_chi2_per_n(&self) -> f64 {
+        self.channels.iter().map(ChannelFit::chi2_per_n).max_or_zero()
+    }
+
+    /// No channel has more than noise left.
+    pub fn leaves_noise_only(&self) -> bool {
+        self.worst_chi2_per_n() <= MAX_CHI2_PER_N_OF_NOISE
+    }
+
     /// The fit holds the parameter of this name at an end of its physical range.
     pub fn is_at_bound(&self, name: &str) -> bool {
         self.at_bound.iter().any(|b| b.parameter == name)

@@ -131,7 +131,7 @@ fn remedy(fault: &Option<String>) -> String {
 }
 
 /// A note on a preparation.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum PreparationNote {
     /// Single readings that neither a motion nor usual noise explains are not compared.
     Outliers {
@@ -151,6 +151,8 @@ pub enum PreparationNote {
     AssumedOverLastRow {
         /// The column.
         column: &'static str,
+        /// Duration of a row, s.
+        interval_s: f64,
     },
     /// A rate sensor is not compared in rows in which the angle does not resolve the motion: at the ends of the segments, and where its acceleration jumps.
     MotionNotResolved {

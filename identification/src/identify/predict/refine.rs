@@ -2,8 +2,8 @@
 //!
 //! In a loop the noise of a reading returns in the input. An angle is compared in a free run by its increments, and the noise at the begin of an increment
 //! then correlates with the input within it: the estimates are biased (Ljung, System Identification, 1999, section 13.4). The
-//! innovations of a filter depend on no earlier noise; their estimates are consistent. The bias is below the standard errors of a free run that leaves more than
-//! noise, and what such a run lacks is no random torque: the free run's parameters stay.
+//! innovations of a filter depend on no earlier noise; their estimates are consistent. Where a free run leaves more than noise, its
+//! parameters stay: the filter would take what the model lacks for a random torque.
 
 use super::fit::Prediction;
 use crate::identify::fit::covariance::clustered;
@@ -11,19 +11,11 @@ use crate::identify::fit::{self, FitResult, Iterate, PreparedLog, Problem, Syste
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
-/// χ²/n of the worst channel up to which a free run leaves only noise: rms 4 % above it.
-const MAX_CHI2_PER_N: f64 = 1.08;
-
 /// The noise of the angle may have returned in the input, and this fit compares its increments and leaves only noise.
 pub fn needs_prediction_errors(log: &Log, data: &PreparedLog, free_run: &FitResult) -> bool {
     let increments = !data.angle_is_absolute() && data.channels.iter().any(|c| c.channel == Channel::Angle);
     let may_be_in_loop = !matches!(data.driven, Input::Motion | Input::Setpoint) && !log.notes().is_open_loop();
-    may_be_in_loop && increments && leaves_noise_only(free_run) && free_run.converged && !data.deadline.has_passed()
-}
-
-/// The free run leaves no more than noise in any channel.
-pub fn leaves_noise_only(free_run: &FitResult) -> bool {
-    free_run.channels.iter().all(|c| c.chi2_per_n() <= MAX_CHI2_PER_N)
+    may_be_in_loop && increments && free_run.leaves_noise_only() && free_run.converged && !data.deadline.has_passed()
 }
 
 /// The parameters of largest likelihood of the innovations, with their standard errors, and the free run with these parameters. `None` where the model has no
@@ -34,7 +26,7 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
     let following = prediction.following(&found.predictor);
     let noise: Vec<f64> = found.predictor.innovation_variances.iter().map(|s| s.sqrt()).collect();
     let iterate = Iterate::new(system, &found.parameters, &following, &found.initial_states);
-    let weights: Vec<f64> = found.predictor.innovation_variances.iter().map(|s| 1.0 / s).collect();
+    let weights = fit::weights(&noise);
     let by_blocks = clustered(Problem { system, data: &following, weights: &weights }, &iterate, &iterate.normal_equations(&weights));
     let mut innovations = fit::evaluate(system, &following, iterate, &noise);
     if let Some(by_blocks) = by_blocks {
@@ -44,7 +36,7 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
     fixed.list.iter_mut().for_each(|p| p.fixed = true);
     let noise: Vec<f64> = free_run.channels.iter().map(|c| c.noise).collect();
     let run = fit::refit(system, &fixed, data, &free_run.initial_states, &noise).ok()?;
-    leaves_noise_only(&run).then_some(FitResult {
+    run.leaves_noise_only().then_some(FitResult {
         channels: run.channels,
         initial_states: run.initial_states,
         chi2: run.chi2,

@@ -1,0 +1,66 @@
+//! Fits of logs under the speed loop, where the noise of the encoder returns in the voltage. More logs: `cargo bench -p stand-tests --bench coverage`.
+
+use hal_sim::plant::Stand;
+use host_tools::identify::deadline::Deadline;
+use host_tools::identify::evaluation::{Evaluated, Evaluation, EvaluationRemark, ParameterTreatment, evaluate};
+use host_tools::log::{Column, Log};
+use host_tools::model::Model;
+use stand_firmware::profile::ProfileKind;
+use stand_firmware::speed_loop::Mode;
+use stand_tests::own::{TRUTH, log, model};
+
+/// Start values that are wrong by a third.
+const STARTS: [f64; 6] = [1.3, 0.8, 1.2, 0.7, 1.3, 0.7];
+const INDUCTANCE: usize = 5;
+
+fn fitted<'a>(log: &'a Log, model: &Model) -> Box<Evaluated<'a>> {
+    match evaluate(log, model, ParameterTreatment::Fitted, Deadline::NEVER) {
+        Ok(Evaluation::Evaluated(fitted)) => fitted,
+        _ => panic!("the log is not evaluated"),
+    }
+}
+
+/// Error of the inductance and its standard error, H.
+fn inductance(evaluated: &Evaluated) -> (f64, f64) {
+    let result = &evaluated.result;
+    (result.parameters.list[INDUCTANCE].value - TRUTH[INDUCTANCE].1, result.sigmas[INDUCTANCE])
+}
+
+fn without_slope(log: &Log) -> Log {
+    let columns: Vec<Column> = log.columns().iter().filter(|c| c.name != "u_slope_V").cloned().collect();
+    Log::new("without.parquet", columns, log.notes().to_vec()).expect("a log")
+}
+
+#[test]
+fn inductance_under_the_speed_loop_has_no_bias_of_the_encoders_noise() {
+    let (mut with, mut without) = (0.0, 0.0);
+    for seed in 1..=3 {
+        let log = log(&Stand::default(), Mode::Rate, ProfileKind::Multisine, 30.0, seed);
+        let found = fitted(&log, &model(&STARTS));
+        assert!(found.remarks.contains(&EvaluationRemark::ByPredictionErrors));
+        let (error, sigma) = inductance(&found);
+        // The free run is wrong by 3 to 7 µH, and states 2.3 µH.
+        assert!(error.abs() < 4.0 * sigma && sigma < 0.5e-6, "seed {seed}: {error} ± {sigma}");
+        with += error.abs() / 3.0;
+        without += inductance(&fitted(&without_slope(&log), &model(&STARTS))).0.abs() / 3.0;
+    }
+    // The moment of the voltage acts with its size and sign.
+    assert!(with < 0.15e-6 && without > 2.0 * with, "{with} {without}");
+}
+
+#[test]
+fn open_loop_keeps_the_free_run() {
+    let log = log(&Stand::default(), Mode::Voltage, ProfileKind::Multisine, 10.0, 1);
+    let found = fitted(&log, &model(&STARTS));
+    assert!(!found.remarks.contains(&EvaluationRemark::ByPredictionErrors));
+    assert!(!found.remarks.iter().any(|r| matches!(r, EvaluationRemark::MoreThanNoise { .. })));
+}
+
+#[test]
+fn fit_that_leaves_more_than_noise_says_so() {
+    let log = log(&Stand::default(), Mode::Rate, ProfileKind::MultiStep, 10.0, 1);
+    let bare = Model::parse("[drive]\ninput = \"u_V\"\neffects = [\"viscous\"]\n", "without friction").expect("a model");
+    let remarks = fitted(&log, &bare).remarks;
+    assert!(remarks.iter().any(|r| matches!(r, EvaluationRemark::MoreThanNoise { ratio } if *ratio > 1.5)), "{remarks:?}");
+    assert!(!remarks.contains(&EvaluationRemark::ByPredictionErrors), "what is missing is no random torque");
+}
