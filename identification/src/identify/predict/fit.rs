@@ -135,6 +135,9 @@ impl<'s, 'a> Prediction<'s, 'a> {
             }
             self.refine(&mut best);
             best = self.descend(best, NEAR_STEPS)?;
+            if self.data.deadline.has_passed() {
+                break;
+            }
             if best.minus_2_ln_likelihood > before - MIN_DECREASE {
                 return Some((best, true));
             }
