@@ -59,8 +59,8 @@ fn open_loop_keeps_the_free_run() {
 #[test]
 fn fit_that_leaves_more_than_noise_says_so() {
     let log = log(&Stand::default(), Mode::Rate, ProfileKind::MultiStep, 10.0, 1);
-    let bare = Model::parse("[drive]\ninput = \"u_V\"\neffects = [\"viscous\"]\n", "without friction").expect("a model");
-    let remarks = fitted(&log, &bare).remarks;
+    let text = "[drive]\ninput = \"u_V\"\neffects = [\"viscous\"]\n[parameters]\ninertia_kg_m2 = 2.5e-4\nmotor_constant_N_m_A = 2.34e-2\nresistance_ohm = 2.32\nviscous_N_m_s = 2e-5\n";
+    let remarks = fitted(&log, &Model::parse(text, "without friction").expect("a model")).remarks;
     assert!(remarks.iter().any(|r| matches!(r, EvaluationRemark::MoreThanNoise { ratio } if *ratio > 1.5)), "{remarks:?}");
     assert!(!remarks.contains(&EvaluationRemark::ByPredictionErrors), "what is missing is no random torque");
 }
