@@ -5,9 +5,10 @@
 mod gyro_noise;
 
 use gyro_noise::{DEG_H, Gyro};
-use host_tools::allan::confidence::{Covariance, chi_squared_share, interval};
+use host_tools::allan::confidence::{Covariance, Squares, chi_squared_share, interval};
 use host_tools::allan::deviation::Series;
 use host_tools::allan::noise::{self, Found};
+use nalgebra::DMatrix;
 
 #[track_caller]
 fn close(found: f64, wanted: f64, relative: f64, what: &str) {
@@ -45,6 +46,33 @@ fn degrees_of_freedom_match_greenhall_and_riley() {
     let [low, high] = interval(1.0, 10.0, 0.95);
     close(low, (10.0_f64 / 20.483).sqrt(), 1e-4, "low");
     close(high, (10.0_f64 / 3.247).sqrt(), 1e-4, "high");
+}
+
+/// Correlations of the variances at all octaves up to a tenth of 52 200 rows.
+fn correlations(squares: &Squares) -> DMatrix<f64> {
+    let covariance = DMatrix::from_fn(13, 13, |i, j| Covariance::new(1 << i, 1 << j, &[(52_201, 1)]).of(squares));
+    DMatrix::from_fn(13, 13, |i, j| covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt())
+}
+
+/// The covariance matrix of estimates is positive definite, whatever the noise: a likelihood by another one has maxima where it is singular.
+#[test]
+fn variances_at_all_octaves_have_a_positive_definite_covariance() {
+    for squares in [
+        [1.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0, 0.0],
+        [0.0, 1.0, 0.0, 4e-4, 0.0],
+        [0.0, 1.0, 1e-2, 1e-5, 1e-9],
+        [1.0, 1.0, 0.0, 1e-3, 0.0],
+    ] {
+        let smallest = correlations(&squares).symmetric_eigenvalues().min();
+        assert!(smallest > 5e-3, "{squares:?}: smallest eigenvalue {smallest}");
+    }
+    // By sums over all lags with 64 lags per averaging time, independent of this code.
+    let walk = correlations(&[0.0, 0.0, 0.0, 1.0, 0.0]);
+    close(walk[(0, 6)], 0.17003, 0.01, "random walk, factors 1 and 64");
+    close(walk[(0, 1)], 0.87200, 0.01, "random walk, factors 1 and 2");
 }
 
 /// Fit of all octaves up to a tenth of the record.

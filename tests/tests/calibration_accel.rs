@@ -92,3 +92,24 @@ fn accelerometer_is_insensitive_near_rest() {
     assert!(blind.value > 0.15 && blind.value < 1.0, "{}", blind.value);
     assert!(found(&findings, "combined_rms_rad_s").value < 0.02);
 }
+
+/// An encoder whose disc is off its axis by 4 mrad: φ = θ + e sin(θ + 0.7), counted from the index.
+#[test]
+fn an_eccentric_encoder_is_corrected() {
+    let (eccentricity_rad, phase_rad) = (4e-3, 0.7_f64);
+    let effects = format!(
+        "[effects.coulomb]\ncoulomb_N_m = 9e-4\n[effects.viscous]\nviscous_N_m_s = 2e-5\n[effects.inductance]\ninductance_H = 2.38e-4\n\
+         [effects.encoder-eccentricity]\neccentricity_rad = {eccentricity_rad}\neccentricity_order = 1.0\neccentricity_phase_rad = {phase_rad}\n"
+    );
+    let imu = format!("[imu]\naccel_scale = 1.02\naccel_bias_m_s2 = 0.15\naccel_bias_instability_m_s2 = 0.0\nchi_rad = {}\n", 1.2_f64.to_radians());
+    for seed in 1..4 {
+        let session = format!("what = 'accel'\n[known]\nradius_error_m = 1e-4\n{}", turning("near", "radius_m = 0.05, tilt_deg = 1.0"));
+        let findings = calibrated(&format!("{effects}{imu}"), &session, seed).findings;
+        assert_covers(&findings, "encoder_cosine_rad", eccentricity_rad * phase_rad.sin(), 1e-3);
+        assert_covers(&findings, "encoder_sine_rad", eccentricity_rad * phase_rad.cos(), 1e-3);
+        assert_covers(&findings, "scale", 1.02, 2.5e-3);
+        assert_covers(&findings, "angle_deg", 1.2, 0.1);
+        assert_covers(&findings, "bias_x_m_s2", 0.15, 0.02);
+        assert_covers(&findings, "bias_y_m_s2", 0.15, 0.02);
+    }
+}

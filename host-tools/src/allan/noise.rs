@@ -6,7 +6,9 @@
 //! Method: maximum likelihood. The cube roots of the variances are normally distributed to a good approximation (Wilson and Hilferty), also with few
 //! degrees of freedom; their correlations are those of [`super::confidence`] under the fitted noise. All five squares are fitted, none negative. The interval of
 //! a coefficient is that of its profile likelihood: all values for which the other processes, refitted, explain the curve nearly as well. So the interval
-//! contains that flicker noise and random walk replace each other in a short record. A process is shown if the curve without it is less likely by
+//! contains that flicker noise and random walk replace each other in a short record. The upper end of N is the larger one of the fits with and without
+//! quantisation noise, if that is not significant, and that of K of the fits with and without a ramp: an absent process has a positive square in half of the
+//! records, by which its neighbour is too small. A process is shown if the curve without it is less likely by
 //! [`PENALTY`] + ln(points) in −2 ln L (a BIC difference of 6).
 //!
 //! The intervals are conditional on the model: stationary noise of these five processes. Short averages have the smallest uncertainty and deviate first (a
@@ -42,8 +44,6 @@ const BISECTIONS: usize = 14;
 /// Factor by which the search for an upper end proceeds, and the number of its steps.
 const EXPANSION: f64 = 1.5;
 const EXPANSIONS: usize = 60;
-/// Ratio of averaging factors above which two variances count as independent (correlation below 0.001).
-const MAX_CORRELATED_RATIO: usize = 32;
 /// Probabilities of the intervals.
 const PROBABILITIES: [f64; 2] = [0.682_689_492_137, 0.95];
 
@@ -82,7 +82,7 @@ pub fn fit(points: &[Variance], segments: &[(usize, usize)]) -> Option<Found> {
     }
     let mut related = BTreeMap::new();
     for (i, one) in points.iter().enumerate() {
-        for (j, other) in points.iter().enumerate().skip(i).take_while(|(_, p)| p.factor <= MAX_CORRELATED_RATIO * one.factor) {
+        for (j, other) in points.iter().enumerate().skip(i) {
             related.insert((i, j), Covariance::new(one.factor, other.factor, segments));
         }
     }
@@ -109,6 +109,8 @@ struct Solution {
 
 /// Squares that are held at their start value, as bits.
 type Held = u32;
+/// Processes with the neighbour at the end of the scale of slopes that most sensors do not show: N with Q, K with R.
+const ABSENT_NEIGHBOURS: [(usize, usize); 2] = [(1, 0), (3, 4)];
 /// B², K² and R².
 const SLOW_SQUARES: Held = 0b1_1100;
 
@@ -247,13 +249,19 @@ impl Likelihood<'_> {
             is_shown(p).then(|| {
                 let [within_68, within_95] = PROBABILITIES.map(|probability| {
                     let limit = grow * chi_squared_quantile(probability, 1.0);
-                    [self.lower(&best, p, limit), self.upper(&best, p, limit)]
+                    let upper = self.upper(&best, p, limit, 0);
+                    // Without the absent neighbour as well: a square of it that is positive by chance takes from this one, and none is negative.
+                    let neighbour = ABSENT_NEIGHBOURS.iter().find(|(shown, absent)| *shown == p && !is_shown(*absent));
+                    let upper_without = neighbour.and_then(|(_, absent)| {
+                        without[*absent].as_ref().map(|without| self.upper(without, p, limit, 1 << absent))
+                    });
+                    [self.lower(&best, p, limit), upper.max(upper_without.unwrap_or(0.0))]
                 });
                 Intervals { within_68, within_95 }
             })
         });
         // The upper end of the interval of 95 % with two sides: a coefficient is not shown where its estimate is low by chance, too.
-        let below = std::array::from_fn(|p| self.upper(&best, p, grow * chi_squared_quantile(PROBABILITIES[1], 1.0)));
+        let below = std::array::from_fn(|p| self.upper(&best, p, grow * chi_squared_quantile(PROBABILITIES[1], 1.0), 0));
         let fast = self.maximum(SLOW_SQUARES, self.white());
         let slow_noise = fast.is_none_or(|found| found.minus_2_ln - best.minus_2_ln > needed);
         Some(Found { squares: best.squares, intervals, below, first: self.first, misfit, unexplained, slow_noise })
@@ -264,9 +272,9 @@ impl Likelihood<'_> {
         std::array::from_fn(|p| if best.squares[p] > 0.0 { self.maximum(1 << p, with(best.squares, p, 0.0)) } else { None })
     }
 
-    /// Excess of the profile −2 ln L at a held square.
-    fn excess(&self, best: &Solution, p: usize, value: f64, start: &mut Squares) -> f64 {
-        match self.maximum(1 << p, with(*start, p, value)) {
+    /// Excess of the profile −2 ln L at a held square; those in `held` stay as well.
+    fn excess(&self, best: &Solution, p: usize, value: f64, held: Held, start: &mut Squares) -> f64 {
+        match self.maximum(held | 1 << p, with(*start, p, value)) {
             Some(found) => {
                 *start = found.squares;
                 found.minus_2_ln - best.minus_2_ln
@@ -278,26 +286,26 @@ impl Likelihood<'_> {
     fn lower(&self, best: &Solution, p: usize, limit: f64) -> f64 {
         let mut start = best.squares;
         let (mut low, mut high) = (0.0, best.squares[p]);
-        if self.excess(best, p, low, &mut start) < limit {
+        if self.excess(best, p, low, 0, &mut start) < limit {
             return 0.0;
         }
         start = best.squares;
         // Logarithmic once the lower end is above zero.
         for _ in 0..BISECTIONS {
             let middle = if low > 0.0 { (low * high).sqrt() } else { 0.5 * (low + high) };
-            if self.excess(best, p, middle, &mut start) < limit { high = middle } else { low = middle }
+            if self.excess(best, p, middle, 0, &mut start) < limit { high = middle } else { low = middle }
         }
         low
     }
 
-    fn upper(&self, best: &Solution, p: usize, limit: f64) -> f64 {
+    fn upper(&self, best: &Solution, p: usize, limit: f64, held: Held) -> f64 {
         let mut start = best.squares;
         // From zero: the square that alone makes the variance at the point where it contributes most.
         let alone = self.points.iter().map(|point| point.variance / parts(point.factor)[p]).fold(f64::INFINITY, f64::min);
         let mut low = best.squares[p];
         let mut high = if low > 0.0 { low * EXPANSION } else { 0.1 * alone };
         let mut steps = 0;
-        while self.excess(best, p, high, &mut start) < limit {
+        while self.excess(best, p, high, held, &mut start) < limit {
             (low, high) = (high, high * EXPANSION);
             steps += 1;
             if steps > EXPANSIONS {
@@ -307,7 +315,7 @@ impl Likelihood<'_> {
         start = best.squares;
         for _ in 0..BISECTIONS {
             let middle = if low > 0.0 { (low * high).sqrt() } else { 0.5 * (low + high) };
-            if self.excess(best, p, middle, &mut start) < limit { low = middle } else { high = middle }
+            if self.excess(best, p, middle, held, &mut start) < limit { low = middle } else { high = middle }
         }
         high
     }
@@ -335,9 +343,10 @@ fn least_squares(columns: &DMatrix<f64>, right: &DVector<f64>, set: u32) -> Opti
     (chi2.is_finite() && squares.iter().all(|s| s.is_finite())).then_some((chi2, squares))
 }
 
-/// Cholesky factor of a covariance matrix; its diagonal is increased until it is positive definite.
+/// Cholesky factor of a covariance matrix; its diagonal is increased by rounding errors at most. A greater increase would change with the squares, and with it the
+/// determinant: the likelihood would have maxima where the matrix is singular.
 fn root(covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    [0.0, 1e-9, 1e-6, 1e-3, 1e-2].iter().find_map(|loosen| {
+    [0.0, 1e-9, 1e-6].iter().find_map(|loosen| {
         let mut tried = covariance.clone();
         (0..tried.nrows()).for_each(|i| tried[(i, i)] *= 1.0 + loosen);
         Cholesky::<f64, Dyn>::new(tried).map(|c| c.l())

@@ -271,9 +271,6 @@ impl Answer {
                     let expanded = (within_95[1] - value).max(value - within_95[0]);
                     // A variance with ν degrees of freedom: u(√s)/√s = 1/√(2 ν).
                     let uncertainty = Uncertainty { u, dof: 0.5 * (value / u).powi(2), k: expanded / u };
-                    // The upper end of the profile is too short: in 400 mixtures the true N was above it in 31, below the lower end in 3
-                    // (docs/metrology-coverage.md). The value + U covers.
-                    let within_95 = [within_95[0], value + expanded];
                     let is_known = u > 0.0 && expanded.is_finite();
                     let estimate = Estimate { value, uncertainty: is_known.then_some(uncertainty) };
                     Coefficient { estimate: Some(estimate), within_95: is_known.then_some(within_95), below: None, not_shown: None }

@@ -8,9 +8,14 @@
 //! Rate Ω and acceleration Ω′ are slope and curvature of a parabola through the encoder angle over [`WINDOW_S`]. Windows in which the platform accelerates
 //! have residuals up to thirty times those at constant rate (the age of the sample and the low-pass of the chip), so the fit is weighted by the scatter of
 //! windows of similar acceleration. Neighbouring residuals are correlated (flicker noise, ripple of the rate), so the uncertainties follow from sums over clusters.
+//!
+//! An eccentric encoder shows φ = θ + c cos θ + s sin θ. Rate and acceleration by the encoder then have ripples, and the forces terms φ′² cos φ and φ′² sin φ, which
+//! gravity does not have: its terms do not grow with the rate. Both terms are fitted where the platform turns in both senses at different rates; both senses
+//! cancel the delay of the samples, which makes such a term of the gravity. The angle is corrected by the coefficients found, and the fit repeated with both terms:
+//! the uncertainty of the correction is in that of scale, angle and bias.
 
 use super::plateaus::{Plateau, plateaus};
-use super::{Basis, CalibrateError, Curve, CurveKind, Findings, Meaning, Remark, SeriesKind, Step};
+use super::{AbsenceReason, Basis, CalibrateError, Curve, CurveKind, Findings, Meaning, Remark, SeriesKind, Step};
 use crate::acquire::calibration_session::Session;
 use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::Extremes;
@@ -25,6 +30,8 @@ const WINDOW_S: f64 = 0.03;
 struct Window {
     /// Mean of Ω².
     square: f64,
+    /// Mean rate.
+    rate: f64,
     acceleration: f64,
     /// Number of the cluster.
     cluster: usize,
@@ -42,6 +49,16 @@ const ACCELERATION_CLASSES: [f64; 5] = [0.3, 1.0, 5.0, 20.0, 60.0];
 const MIN_CLASS_WINDOWS: usize = 8;
 /// Repetitions of the weighted fit.
 const WEIGHTINGS: usize = 3;
+/// Smallest fraction of the sum of Ω² in each sense of rotation with which the terms of the encoder are fitted.
+const MIN_SENSE_FRACTION: f64 = 0.2;
+/// Smallest relative spread of Ω², weighted by Ω², that separates the terms of the encoder from gravity.
+const MIN_RELATIVE_SPREAD: f64 = 0.2;
+/// Corrections of the angle by the error found: each leaves less than a tenth.
+const CORRECTIONS: usize = 2;
+/// Greatest error that is corrected, rad.
+const MAX_ENCODER_ERROR_RAD: f64 = 0.1;
+/// Coefficients of Ω² cos θ and Ω² sin θ in the fit.
+const ENCODER_TERMS: [usize; 2] = [5, 6];
 
 /// Samples at the greatest magnitude of the log from which a window counts as saturated.
 const MIN_SATURATED_SAMPLES: usize = 3;
@@ -52,11 +69,13 @@ const MAX_RESIDUAL_RATIO: f64 = 3.0;
 /// Smallest residual taken as non-zero, rad: rounding.
 const MIN_RESIDUAL_RAD: f64 = 1e-9;
 
-fn windows(step: &Step) -> Vec<Window> {
+/// Means over the windows of a step, with the angle of the encoder corrected by an error of these coefficients of cos and sin, rad.
+fn windows(step: &Step, [c, s]: [f64; 2]) -> Vec<Window> {
     let log = &step.log;
-    let (Some(theta), Some(x), Some(y)) = (log.column("theta_rad"), log.column("accel_x_m_s2"), log.column("accel_y_m_s2")) else {
+    let (Some(shown), Some(x), Some(y)) = (log.column("theta_rad"), log.column("accel_x_m_s2"), log.column("accel_y_m_s2")) else {
         return Vec::new();
     };
+    let theta: Vec<f64> = shown.iter().map(|shown| shown - c * shown.cos() - s * shown.sin()).collect();
     let greatest = x.iter().chain(y).copied().max_abs();
     let is_saturated = |rows: &Range<usize>| {
         let is = |column: &[f64]| {
@@ -83,6 +102,7 @@ fn windows(step: &Step) -> Vec<Window> {
             found.push(Window {
                 // Mean of a linearly changing rate squared.
                 square: rate * rate + (acceleration * length_s).powi(2) / 12.0,
+                rate,
                 acceleration,
                 cluster: 0,
                 cos: mean(&|k| theta[k].cos()),
@@ -101,9 +121,40 @@ struct AtRadius {
     radius_m: f64,
     x: LeastSquares,
     y: LeastSquares,
+    /// Coefficients of the encoder's error by which its angle is corrected, rad.
+    corrected_rad: [f64; 2],
 }
 
 impl AtRadius {
+    /// Coefficients of the encoder's error that the fits still see, by both axes, with their standard uncertainties, rad; `None` where the fits do not have them.
+    ///
+    /// θ′² = φ′² (1 + 2 c sin φ − 2 s cos φ) and θ″ = φ″ + φ′² (c cos φ + s sin φ) to first order give f_x = … + φ′² ((2 s C + c S) cos φ + (s S − 2 c C) sin φ),
+    /// f_y = … + φ′² ((c C − 2 s S) cos φ + (2 c S + s C) sin φ), with C and S = scale × radius × cos χ and sin χ.
+    fn encoder(&self) -> Option<[(f64, f64); 2]> {
+        if self.x.coefficients.len() <= ENCODER_TERMS[1] {
+            return None;
+        }
+        let [(c, _), (s, _)] = self.effective();
+        let equations = [(&self.x, [[s, 2.0 * c], [-2.0 * c, s]]), (&self.y, [[c, -2.0 * s], [2.0 * s, c]])];
+        let (mut normal, mut right) = ([[0.0; 2]; 2], [0.0; 2]);
+        for (fit, rows) in equations {
+            for (term, row) in ENCODER_TERMS.into_iter().zip(rows) {
+                let weight = fit.sigma(term).powi(-2);
+                for i in 0..2 {
+                    right[i] += weight * row[i] * fit.coefficients[term];
+                    (0..2).for_each(|j| normal[i][j] += weight * row[i] * row[j]);
+                }
+            }
+        }
+        let determinant = normal[0][0] * normal[1][1] - normal[0][1] * normal[1][0];
+        let values = [
+            (normal[1][1] * right[0] - normal[0][1] * right[1]) / determinant,
+            (normal[0][0] * right[1] - normal[1][0] * right[0]) / determinant,
+        ];
+        let u = [(normal[1][1] / determinant).sqrt(), (normal[0][0] / determinant).sqrt()];
+        (determinant.is_finite() && determinant > 0.0).then_some([(values[0], u[0]), (values[1], u[1])])
+    }
+
     /// Scale × radius × (cos χ, sin χ), each with its standard uncertainty: weighted mean of both axes.
     fn effective(&self) -> [(f64, f64); 2] {
         let weighted_mean = |a: (f64, f64), b: (f64, f64)| {
@@ -125,17 +176,61 @@ impl AtRadius {
 fn at_radius(steps: &[&Step]) -> Option<AtRadius> {
     // Gravity is periodic in the angle, so all steps must have the same zero: the index, or none of them.
     let has_index = steps.iter().any(|step| step.log.theta_zero_is_index());
-    let from_one_zero = steps.iter().filter(|step| step.log.theta_zero_is_index() == has_index);
-    let mut all: Vec<Window> = from_one_zero.flat_map(|step| windows(step)).collect();
-    let count = all.len().max(1);
-    all.iter_mut().enumerate().for_each(|(k, window)| window.cluster = k * CLUSTERS / count);
-    let fit = |of: fn(&Window) -> f64| weighted(&all, &all.iter().map(of).collect::<Vec<_>>());
-    Some(AtRadius { radius_m: steps.first()?.mounting.radius_m, x: fit(|w| w.x)?, y: fit(|w| w.y)? })
+    let from_one_zero: Vec<&Step> = steps.iter().copied().filter(|step| step.log.theta_zero_is_index() == has_index).collect();
+    let radius_m = steps.first()?.mounting.radius_m;
+    let with = |corrected_rad: [f64; 2]| {
+        let mut all: Vec<Window> = from_one_zero.iter().flat_map(|step| windows(step, corrected_rad)).collect();
+        let count = all.len().max(1);
+        all.iter_mut().enumerate().for_each(|(k, window)| window.cluster = k * CLUSTERS / count);
+        all
+    };
+    let mut all = with([0.0; 2]);
+    // Without the index the zero of each log is another one.
+    if (has_index || steps.len() == 1)
+        && separates_encoder(&all)
+        && let Some(mut found) = fits(&all, radius_m, [0.0; 2], true)
+    {
+        for _ in 0..CORRECTIONS {
+            let Some([(c, _), (s, _)]) = found.encoder() else { break };
+            let corrected_rad = [found.corrected_rad[0] + c, found.corrected_rad[1] + s];
+            if !(corrected_rad[0].hypot(corrected_rad[1]) < MAX_ENCODER_ERROR_RAD) {
+                break;
+            }
+            all = with(corrected_rad);
+            found = fits(&all, radius_m, corrected_rad, true)?;
+        }
+        return Some(found);
+    }
+    fits(&all, radius_m, [0.0; 2], false)
 }
 
-/// Fit of one axis, weighted by the scatter of windows of similar acceleration.
-fn weighted(all: &[Window], y: &[f64]) -> Option<LeastSquares> {
-    let rows: Vec<Vec<f64>> = all.iter().map(|w| vec![1.0, w.square, w.acceleration, w.cos, w.sin]).collect();
+/// Fits of both axes, with or without the terms of the encoder.
+fn fits(all: &[Window], radius_m: f64, corrected_rad: [f64; 2], encoder: bool) -> Option<AtRadius> {
+    let fit = |of: fn(&Window) -> f64| weighted(all, &all.iter().map(of).collect::<Vec<_>>(), encoder);
+    Some(AtRadius { radius_m, x: fit(|w| w.x)?, y: fit(|w| w.y)?, corrected_rad })
+}
+
+/// The windows have both senses of rotation, and different rates.
+fn separates_encoder(all: &[Window]) -> bool {
+    let total: f64 = all.iter().map(|w| w.square).sum();
+    let forward: f64 = all.iter().filter(|w| w.rate > 0.0).map(|w| w.square).sum();
+    let squares: f64 = all.iter().map(|w| w.square * w.square).sum();
+    let mean = squares / total;
+    let spread = (all.iter().map(|w| w.square * (w.square - mean).powi(2)).sum::<f64>() / total).sqrt();
+    let fraction = (forward / total).min(1.0 - forward / total);
+    fraction >= MIN_SENSE_FRACTION && spread >= MIN_RELATIVE_SPREAD * mean
+}
+
+/// Fit of one axis, weighted by the scatter of windows of similar acceleration; with or without the terms of the encoder.
+fn weighted(all: &[Window], y: &[f64], encoder: bool) -> Option<LeastSquares> {
+    let row = |w: &Window| {
+        let mut row = vec![1.0, w.square, w.acceleration, w.cos, w.sin];
+        if encoder {
+            row.extend([w.square * w.cos, w.square * w.sin]);
+        }
+        row
+    };
+    let rows: Vec<Vec<f64>> = all.iter().map(row).collect();
     let clusters: Vec<usize> = all.iter().map(|w| w.cluster).collect();
     let classes: Vec<usize> =
         all.iter().map(|w| ACCELERATION_CLASSES.iter().filter(|limit| w.acceleration.abs() > **limit).count()).collect();
@@ -222,9 +317,23 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
             .quantities
             .push(Quantity::new(name, "m/s²", fit.coefficients[0], vec![scatter(fit.sigma(0), fit)]).meaning(Meaning::AccelerometerBias));
     }
+    add_encoder(&near, &mut findings);
     add_blind_rate(&near, product, &mut findings);
     compare_rate_readings(&of_radius(near_m), product, near.x.coefficients[0], session, &mut findings);
     Ok(findings)
+}
+
+/// Adds the error of the encoder of harmonic order 1.
+fn add_encoder(near: &AtRadius, findings: &mut Findings) {
+    let names = ["encoder_cosine_rad", "encoder_sine_rad"];
+    let Some(left) = near.encoder() else {
+        return names.into_iter().for_each(|name| findings.add_absent(name, AbsenceReason::NeedsBothSensesAtRates));
+    };
+    let dof = near.x.dof.min(near.y.dof);
+    for ((name, (left, u)), corrected) in names.into_iter().zip(left).zip(near.corrected_rad) {
+        let noise = Contribution::type_a("noise", u, dof, Basis::WindowScatter { window_s: WINDOW_S });
+        findings.quantities.push(Quantity::new(name, "rad", corrected + left, vec![noise]).meaning(Meaning::EncoderEccentricityByForce));
+    }
 }
 
 /// Error of the rate |Ω| = √(f/r) by a small error of the specific force f: f/(2 Ω r), rad/s.
@@ -334,6 +443,7 @@ mod tests {
     use super::*;
     use crate::calibrate::Mounting;
     use crate::log::{Column, Log};
+    use hal_sim::peripherals::Noise;
 
     /// A platform that accelerates to 20 rad/s by 5 rad/s² and decelerates again, with the forces of docs/theory.md §4 at this radius and angle.
     fn step(radius_m: f64, chi_rad: f64) -> Step {
@@ -369,6 +479,95 @@ mod tests {
             assert!((found.product().0 / radius_m - 1.0).abs() < 1e-6, "{}", found.product().0);
             assert!((s.atan2(c).to_degrees() - chi_deg).abs() < 1e-4, "{}", s.atan2(c).to_degrees());
         }
+    }
+
+    /// Two staircases of both senses and a run to and fro, on a stand tilted by 0.5°, whose encoder shows θ + c cos θ + s sin θ.
+    fn turning([c, s]: [f64; 2], seed: u64) -> Step {
+        let mut noise = [0, 1].map(|stream| Noise::new(seed, stream, 0.02));
+        let levels = [0.0, 6.0, 12.0, 18.0, 12.0, 6.0, -6.0, -12.0, -18.0, -12.0, -6.0, 0.0];
+        let setpoint = |t: f64| if t < 24.0 { levels[(t / 2.0) as usize] } else { 8.0 * (std::f64::consts::TAU * (t - 24.0)).sin() };
+        let (radius_m, chi_rad, dt_s) = (0.05, 2_f64.to_radians(), 1e-3);
+        let (mut theta, mut rate) = (0.3, 0.0);
+        let mut columns = [Vec::new(), Vec::new(), Vec::new(), Vec::new()];
+        for k in 0..34_000 {
+            let t = f64::from(k) * dt_s;
+            let acceleration = ((setpoint(t) - rate) / 0.02).clamp(-60.0, 60.0);
+            let (outward, along) = (-rate * rate * radius_m, acceleration * radius_m);
+            let (sin, cos) = chi_rad.sin_cos();
+            let lean = 9.81 * 0.5_f64.to_radians();
+            let x = outward * cos + along * sin + lean * f64::cos(theta + chi_rad) + 0.1 + noise[0].draw();
+            let y = along * cos - outward * sin - lean * f64::sin(theta + chi_rad) - 0.2 + noise[1].draw();
+            let shown = theta + c * f64::cos(theta) + s * f64::sin(theta);
+            columns.iter_mut().zip([t, shown, x, y]).for_each(|(column, value)| column.push(value));
+            theta += rate * dt_s + 0.5 * acceleration * dt_s * dt_s;
+            rate += acceleration * dt_s;
+        }
+        let names = ["t_s", "theta_rad", "accel_x_m_s2", "accel_y_m_s2"];
+        let columns = names.into_iter().zip(columns).map(|(name, values)| Column { name: name.into(), values }).collect();
+        let log = Log::new("x.csv", columns, Vec::new()).unwrap();
+        Step { name: "turning".into(), log, mounting: Mounting { radius_m, ..Mounting::default() }, added_inertia_kg_m2: None }
+    }
+
+    /// Product of scale and radius, angle, and both biases, each minus its true value, over its standard uncertainty.
+    fn errors(found: &AtRadius) -> [f64; 4] {
+        let (product, u) = found.product();
+        let [(c, uc), (s, us)] = found.effective();
+        let angle_u = (s * uc).hypot(c * us) / (c * c + s * s);
+        [
+            (product - 0.05) / u,
+            (s.atan2(c) - 2_f64.to_radians()) / angle_u,
+            (found.x.coefficients[0] - 0.1) / found.x.sigma(0),
+            (found.y.coefficients[0] + 0.2) / found.y.sigma(0),
+        ]
+    }
+
+    #[test]
+    fn an_eccentric_encoder_is_found_and_corrected() {
+        let error = [3e-3, -4e-3];
+        let (mut before, mut after, mut found_inside) = ([0; 4], [0; 4], 0);
+        for seed in 0..20 {
+            let step = turning(error, seed);
+            let found = at_radius(&[&step]).unwrap();
+            let without = fits(&windows_in_clusters(&step), 0.05, [0.0; 2], false).unwrap();
+            let inside = |errors: [f64; 4]| errors.map(|e| i32::from(e.abs() <= 2.02));
+            (0..4).for_each(|k| before[k] += inside(errors(&without))[k]);
+            (0..4).for_each(|k| after[k] += inside(errors(&found))[k]);
+            for ((left, u), (corrected, truth)) in found.encoder().unwrap().into_iter().zip(found.corrected_rad.into_iter().zip(error)) {
+                found_inside += i32::from((corrected + left - truth).abs() <= 2.02 * u);
+                assert!(u < 1e-3, "{u}");
+            }
+        }
+        println!("inside U without the terms {before:?}, with them {after:?}, encoder {found_inside} of 40");
+        // 95 % of 20 and of 40 less three standard errors.
+        assert!(after.iter().all(|n| *n >= 16) && found_inside >= 33, "{after:?} {found_inside}");
+        assert!(before.iter().any(|n| *n <= 5), "{before:?}");
+    }
+
+    /// The windows as in a calibration, without a correction.
+    fn windows_in_clusters(step: &Step) -> Vec<Window> {
+        let mut all = windows(step, [0.0; 2]);
+        let count = all.len();
+        all.iter_mut().enumerate().for_each(|(k, window)| window.cluster = k * CLUSTERS / count);
+        all
+    }
+
+    #[test]
+    fn an_exact_encoder_changes_nothing_beyond_the_uncertainty() {
+        for seed in 0..5 {
+            let step = turning([0.0; 2], seed);
+            let (found, without) = (at_radius(&[&step]).unwrap(), fits(&windows_in_clusters(&step), 0.05, [0.0; 2], false).unwrap());
+            let ((product, u), (before, _)) = (found.product(), without.product());
+            assert!((product - before).abs() < u && found.corrected_rad.iter().all(|e| e.abs() < 1e-3), "{product} {before} {u}");
+            for (with, without) in [(&found.x, &without.x), (&found.y, &without.y)] {
+                assert!((with.coefficients[0] - without.coefficients[0]).abs() < with.sigma(0));
+            }
+        }
+    }
+
+    /// One sense of rotation does not separate the delay of the samples from the encoder: the step of the other tests.
+    #[test]
+    fn one_sense_has_no_terms_of_the_encoder() {
+        assert!(at_radius(&[&step(0.05, 0.0)]).unwrap().encoder().is_none());
     }
 
     #[test]

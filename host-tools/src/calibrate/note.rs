@@ -81,7 +81,7 @@ pub enum Basis {
     TimeStampStep,
     /// Error of the encoder within a turn, in plateaus of less than one turn.
     EncoderWithinTurn {
-        /// Greatest amplitude, rad.
+        /// Amplitude of all harmonic orders together, rad.
         amplitude_rad: f64,
     },
     /// Quantisation of the encoder at both ends of a plateau.
@@ -121,6 +121,8 @@ pub enum Basis {
         /// Number.
         count: usize,
     },
+    /// Half the difference of both senses of rotation, by which the lag of the device is bounded.
+    LagBySenses,
     /// Scatter from turn to turn.
     Turns {
         /// Number.
@@ -192,8 +194,13 @@ pub enum Meaning {
         /// Greatest rate of the runs, rad/s.
         greatest_rad_s: f64,
     },
-    /// Coefficient of the first harmonic of the encoder's error.
-    EncoderEccentricity,
+    /// Coefficient of one harmonic order of the encoder's error.
+    EncoderHarmonic {
+        /// Periods per turn.
+        harmonic_order: usize,
+    },
+    /// Coefficient of order 1 by forces that grow with Ω².
+    EncoderEccentricityByForce,
     /// Mean output at the beginning minus at the end of a log at rest.
     WarmUpChange {
         /// Duration of each mean, s.
@@ -202,6 +209,20 @@ pub enum Meaning {
         rest_s: f64,
         /// Time from power-on to the beginning of the log, s, where it is known.
         since_power_on_s: Option<f64>,
+    },
+    /// Time until the output at rest stays within a band about its final level.
+    WarmUpTime {
+        /// Half-width of the band, rad/s.
+        band_rad_s: f64,
+        /// Time constant of the warm-up, s.
+        time_constant_s: f64,
+        /// The time counts from power-on; otherwise from the beginning of the log.
+        from_power_on: bool,
+    },
+    /// Standard deviation of the output at rest over re-initialisations of the device.
+    TurnOnRepeatability {
+        /// Number of starts.
+        starts: usize,
     },
     /// Smallest Allan deviation at rest.
     InRunStability {
@@ -336,8 +357,29 @@ pub enum AbsenceReason {
         /// Runs with lost rows.
         incomplete: usize,
     },
+    /// Turns of both senses at different rates, with the index of the encoder.
+    NeedsBothSensesAtRates,
     /// A log at rest.
     NeedsRest,
+    /// `warm_up_band_rad_s` in the session.
+    NeedsWarmUpBand,
+    /// The output at rest is within the band from the beginning of the log.
+    WithinBandFromTheBeginning {
+        /// Half-width of the band, rad/s.
+        band_rad_s: f64,
+        /// Beginning of the log after power-on, s; 0 if it is not known.
+        since_power_on_s: f64,
+    },
+    /// The warm-up is no exponential.
+    NotExponential {
+        /// Standard deviation of the residuals over parts of the log relative to white noise.
+        ratio: f64,
+    },
+    /// Steps at rest after a start of the device.
+    NeedsRestarts {
+        /// Fewest.
+        minimum: usize,
+    },
     /// A staircase of small rates.
     NeedsSmallRates,
     /// Two small rates of each sign beyond the dead band.

@@ -100,6 +100,8 @@ pub struct ForeignSession {
     pub column: Option<String>,
     /// Full scale, rad/s.
     pub full_scale_rad_s: Option<f64>,
+    /// Band about the final output at rest that ends the warm-up, rad/s.
+    pub warm_up_band_rad_s: Option<f64>,
     /// Settling time at the beginning of each step of the table, s.
     pub settle_s: f64,
     /// Knowledge that no log contains; `crystal_ppm` is the relative half-width of the stated rates.
@@ -113,7 +115,7 @@ pub struct ForeignSession {
 /// The table or a log cannot be read; the logs give no calibration.
 pub fn compute_foreign(table: &Path, folder: &Path, dut_kind: DutKind, known: ForeignSession) -> Result<CalibrationRecord, RecordError> {
     let steps = read_steps(table, folder, |path| Log::read(path))?;
-    let ForeignSession { sensor, serial, operator, column, full_scale_rad_s, settle_s, assumptions } = known;
+    let ForeignSession { sensor, serial, operator, column, full_scale_rad_s, warm_up_band_rad_s, settle_s, assumptions } = known;
     let session = Session {
         dut_kind,
         sensor,
@@ -121,6 +123,7 @@ pub fn compute_foreign(table: &Path, folder: &Path, dut_kind: DutKind, known: Fo
         operator,
         column,
         full_scale_rad_s,
+        warm_up_band_rad_s,
         settle_s,
         assumptions,
         limits: Limits::default(),

@@ -47,6 +47,15 @@ impl Chip {
         of_chip!(self, chip => chip.samples())
     }
 
+    /// Number of software resets; a part without a gyro has no bias of a start.
+    #[inline]
+    pub fn starts(&self) -> u32 {
+        match self {
+            Self::Ism330dhcx(chip) => chip.starts(),
+            Self::Adxl355(_) => 0,
+        }
+    }
+
     /// Advances without samples.
     #[inline]
     pub fn pass(&mut self, now_s: f64) {

@@ -41,6 +41,8 @@ pub struct Ism330dhcx {
     late_ticks: [f64; 2],
     sigma: [f64; 2],
     on: bool,
+    /// Software resets so far.
+    starts: u32,
     every: u64,
     output: [i16; 6],
     /// Outputs whose low byte has been read and whose high byte has not.
@@ -76,6 +78,7 @@ impl Ism330dhcx {
             late_ticks: [0.0; 2],
             sigma: [0.0; 2],
             on: false,
+            starts: 0,
             every: 1,
             output: [0; 6],
             held: [false; 6],
@@ -88,6 +91,12 @@ impl Ism330dhcx {
         };
         chip.follow_registers();
         chip
+    }
+
+    /// Number of software resets.
+    #[inline]
+    pub fn starts(&self) -> u32 {
+        self.starts
     }
 
     /// Sets or clears a fault.
@@ -268,6 +277,7 @@ impl Ism330dhcx {
             TIMESTAMP2 if value == 0xAA => self.stamped_from_s = self.asked_s,
             CTRL3_C if value & 1 != 0 => {
                 self.registers = Registers::after_power_on();
+                self.starts = self.starts.wrapping_add(1);
                 self.fifo.clear();
                 self.follow_registers();
             }

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 use stand_firmware::board::CONTROL_HZ;
 use stand_firmware::config::{ConfigError, within};
 
+/// Noise stream of the biases of the starts.
+const TURN_ON_STREAM: u32 = 22;
 /// Ambient temperature of the chip, °C: it is on the platform, far from the winding.
 const AMBIENT_C: f64 = 25.0;
 
@@ -47,6 +49,8 @@ pub struct ImuSetup {
     pub gyro_scale: f64,
     /// Rate reading at rest, rad/s.
     pub gyro_bias_rad_s: f64,
+    /// Standard deviation of the rate reading at rest from one start of the chip (power-on or software reset) to the next, rad/s.
+    pub gyro_turn_on_rad_s: f64,
     /// White noise of the gyro, one-sided density, rad/s/√Hz; √2 times the angle random walk N.
     pub gyro_noise_rad_s_rtHz: f64,
     /// Bias instability B of the gyro (flicker noise; the floor of its Allan deviation is 0.664 B), rad/s.
@@ -112,6 +116,7 @@ impl Default for ImuSetup {
             tilt_rad: 0.0,
             gyro_scale: 1.0,
             gyro_bias_rad_s: 0.0,
+            gyro_turn_on_rad_s: 0.0,
             gyro_noise_rad_s_rtHz: 5e-3_f64.to_radians(), // 5 mdps/√Hz (DS13012, table 2)
             gyro_bias_instability_rad_s: GYRO_BIAS_INSTABILITY_RAD_S,
             gyro_random_walk_rad_s_rts: GYRO_BIAS_INSTABILITY_RAD_S * WALK_PER_INSTABILITY,
@@ -166,6 +171,7 @@ impl ImuSetup {
         within("imu.tilt_rad", self.tilt_rad, -1.5, 1.5)?;
         within("imu.gyro_scale", self.gyro_scale, 0.1, 10.0)?;
         within("imu.gyro_bias_rad_s", self.gyro_bias_rad_s, -10.0, 10.0)?;
+        within("imu.gyro_turn_on_rad_s", self.gyro_turn_on_rad_s, 0.0, 1.0)?;
         within("imu.gyro_noise_rad_s_rtHz", self.gyro_noise_rad_s_rtHz, 0.0, 1.0)?;
         within("imu.gyro_bias_instability_rad_s", self.gyro_bias_instability_rad_s, 0.0, 1.0)?;
         within("imu.gyro_random_walk_rad_s_rts", self.gyro_random_walk_rad_s_rts, 0.0, 1.0)?;
@@ -191,6 +197,10 @@ pub struct Imu {
     pub chip: Chip,
     element: Element,
     last_rate_rad_s: f64,
+    /// Bias of the present start of the chip.
+    turn_on: Noise,
+    start: u32,
+    start_bias_rad_s: f64,
 }
 
 impl Imu {
@@ -216,7 +226,9 @@ impl Imu {
                 Chip::Adxl355(Box::new(Adxl355::new(noise, slow, density, 1.0 + setup.clock_error)))
             }
         };
-        Self { setup, chip, element: Element::new(setup.gyro), last_rate_rad_s: 0.0 }
+        let mut turn_on = Noise::new(seed, TURN_ON_STREAM, setup.gyro_turn_on_rad_s);
+        let start_bias_rad_s = turn_on.draw();
+        Self { setup, chip, element: Element::new(setup.gyro), last_rate_rad_s: 0.0, turn_on, start: 0, start_bias_rad_s }
     }
 
     /// Its mounting.
@@ -261,7 +273,11 @@ impl Imu {
         };
         let rate = self.element.reading(about, across, forces[0], temp_C);
         let [x, y, z] = forces.map(|force| force * s.accel_scale);
-        let seen = [0.0, 0.0, s.gyro_scale * rate + s.gyro_bias_rad_s, x + s.accel_bias_m_s2, y + s.accel_bias_m_s2, z];
+        let start = self.chip.starts();
+        if start != self.start {
+            (self.start, self.start_bias_rad_s) = (start, self.turn_on.draw());
+        }
+        let seen = [0.0, 0.0, s.gyro_scale * rate + s.gyro_bias_rad_s + self.start_bias_rad_s, x + s.accel_bias_m_s2, y + s.accel_bias_m_s2, z];
         self.chip.tick(now_s, &seen, temp_C);
     }
 }

@@ -1,6 +1,6 @@
 //! Checks a session against the limits of a stand before anything moves.
 
-use super::{DriveMode, DutKind, PlanError, Session, StepPlan};
+use super::{DriveMode, PlanError, Session, StepPlan};
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::preparation::query_number;
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
@@ -40,12 +40,7 @@ impl StandLimits {
 /// # Errors
 /// The first step that the stand cannot run, with the reason.
 pub fn check(session: &Session, stand: &StandLimits) -> Result<(), PlanError> {
-    let needs_dut = match session.dut_kind {
-        DutKind::Gyro => session.column.as_deref().is_none_or(|c| c != "omega_rad_s"),
-        DutKind::Accel => true,
-        DutKind::Drive => false,
-    };
-    if needs_dut && !stand.has_dut {
+    if session.uses_sensor_under_test() && !stand.has_dut {
         return Err(PlanError::Session("the stand has no running device under test (`IMU?` in `stand console` gives the reason); column = \"omega_rad_s\" calibrates the rate sensor of the stand".into()));
     }
     for (k, step) in session.steps.iter().enumerate() {

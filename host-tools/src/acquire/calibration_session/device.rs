@@ -107,6 +107,9 @@ impl Default for Assumptions {
     }
 }
 
+/// Note of a log whose step begins with a start of the sensor under test.
+pub const RESTART_NOTE: &str = "sensor_restart";
+
 /// Rotation rate of the Earth, rad/s (IERS conventions 2010).
 pub const EARTH_RAD_S: f64 = 7.292_115e-5;
 

@@ -18,7 +18,7 @@ mod stable;
 mod step;
 
 pub use check::check;
-pub use device::{Assumptions, DutKind, EARTH_RAD_S, Mounting, Orientation, Step};
+pub use device::{Assumptions, DutKind, EARTH_RAD_S, Mounting, Orientation, RESTART_NOTE, Step};
 pub use prepared::{PreparedSession, SessionChanges, default_folder};
 
 use serde::{Deserialize, Serialize};
@@ -70,6 +70,9 @@ pub struct Session {
     /// Full scale, rad/s; `None` for the greatest rate that was run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub full_scale_rad_s: Option<f64>,
+    /// Band about the final output at rest that ends the warm-up, rad/s; without it there is no warm-up time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warm_up_band_rad_s: Option<f64>,
     /// Settling time at the beginning of each plateau, s.
     #[serde(default = "default_settle_s")]
     pub settle_s: f64,
@@ -117,6 +120,9 @@ pub struct StepPlan {
     /// The step ends earlier once the temperature of the device under test (of a drive: of the winding) changes by less than this, K/min.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stable_K_min: Option<f64>,
+    /// The sensor under test is reset and set up anew before the record, with its supply on.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub restart_sensor: bool,
     /// Time after which the drive is switched off while the record continues, s: the platform coasts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive_s: Option<f64>,
@@ -169,6 +175,9 @@ impl Session {
         if let Some(fs) = session.full_scale_rad_s.filter(|fs| !(*fs > 0.0 && fs.is_finite())) {
             return invalid(format!("full_scale_rad_s: {fs} must be above 0"));
         }
+        if let Some(band) = session.warm_up_band_rad_s.filter(|band| !(*band > 0.0 && band.is_finite())) {
+            return invalid(format!("warm_up_band_rad_s: {band} must be above 0"));
+        }
         if let Some(latitude) = session.assumptions.latitude_deg.filter(|l| !(-90.0..=90.0).contains(l)) {
             return invalid(format!("known.latitude_deg: {latitude} is outside -90 … 90"));
         }
@@ -191,6 +200,8 @@ impl Session {
             let is_duplicate = session.steps[..k].iter().any(|s| s.name == step.name);
             let checked = if is_duplicate {
                 Err("another step has this name".to_owned())
+            } else if step.restart_sensor && !session.uses_sensor_under_test() {
+                Err("restart_sensor: the device of this session is not the sensor under test of the stand".to_owned())
             } else if step.stable_K_min.is_some() && session.temperature_column().is_none() {
                 Err("stable_K_min: the logs of this session have no temperature".to_owned())
             } else {
@@ -204,6 +215,15 @@ impl Session {
     /// Duration of all steps, s.
     pub fn seconds(&self) -> f64 {
         self.steps.iter().map(|s| s.seconds).sum()
+    }
+
+    /// The device of the session is the sensor under test of the stand.
+    pub fn uses_sensor_under_test(&self) -> bool {
+        match self.dut_kind {
+            DutKind::Gyro => self.column.as_deref().is_none_or(|c| c != "omega_rad_s"),
+            DutKind::Accel => true,
+            DutKind::Drive => false,
+        }
     }
 
     /// Log column with the temperature of the device under test; `None` where there is none.

@@ -1,7 +1,7 @@
 //! Notes of the log of a step.
 
 use super::error::RunError;
-use super::{DutKind, Mounting, Session, StepPlan};
+use super::{DutKind, Mounting, RESTART_NOTE, Session, StepPlan};
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::link::reply_number;
 use crate::acquire::preparation::ColumnSettings;
@@ -43,6 +43,7 @@ pub(super) async fn notes(
         let cutoff_Hz = number.ok_or_else(|| ConnectionError::Reply { query: query.to_owned(), reply })?;
         notes.push(Note::Number("sensor_filter_Hz", cutoff_Hz));
     }
+    notes.extend(plan.restart_sensor.then(|| Note::Text(RESTART_NOTE, "software reset and set-up, supply on".to_owned())));
     notes.extend(plan.drive_s.map(|drive_s| Note::Number("drive_s", drive_s)));
     Ok(notes)
 }

@@ -16,6 +16,9 @@ use std::path::Path;
 const MAX_INCOMPLETE_ROWS: u64 = 500;
 /// The profile lasts longer than the log by this time, s.
 const PROFILE_MARGIN_S: f64 = 0.5;
+/// Interval, s, and number of the queries of a sensor that starts again.
+const RESTART_POLL_S: f64 = 0.1;
+const RESTART_POLLS: u32 = 30;
 
 /// Columns of the log of a step.
 fn channels(session: &Session, plan: &StepPlan) -> Channels {
@@ -104,6 +107,9 @@ async fn record_into(
     let config = plan.config().map_err(|message| RunError::Write { log: step(), message })?;
     let channels = channels(session, plan);
     let write_error = |e: std::io::Error| failed(&path.display().to_string(), e);
+    if plan.restart_sensor {
+        restart_sensor(stand, plan).await?;
+    }
     let notes = notes(stand, session, plan, mounting, has_index).await?;
     let mut recorder = Recorder::new(file.create().map_err(write_error)?, channels, notes);
     let request = RecordingRequest {
@@ -143,6 +149,19 @@ async fn record_into(
 
 async fn at_rest(stand: &mut impl StandConnection, plan: &StepPlan) -> Result<(), RunError> {
     if bring_to_rest(stand).await? { Ok(()) } else { Err(RunError::Turning { step: plan.name.clone() }) }
+}
+
+/// Resets the sensor under test and sets it up anew by its present data rate; its supply stays on.
+async fn restart_sensor(stand: &mut impl StandConnection, plan: &StepPlan) -> Result<(), RunError> {
+    let data_rate = stand.query("IMU:DATarate?").await?;
+    stand.command(&format!("IMU:DATarate {data_rate}")).await?;
+    for _ in 0..RESTART_POLLS {
+        stand.wait_s(RESTART_POLL_S).await?;
+        if stand.query("IMU?").await?.contains("RUNNING") {
+            return Ok(());
+        }
+    }
+    Err(RunError::Sensor { step: plan.name.clone(), columns: "every column after its restart".into() })
 }
 
 /// Ends a step once its temperature is stable, and passes its progress on.

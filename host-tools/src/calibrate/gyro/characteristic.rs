@@ -4,6 +4,7 @@
 //! y = b + sΩ + c₂Ω² + c₃Ω³ + h·direction/2 + (T − T₀)(b_T + s_TΩ) + d·t: hysteresis h, temperature coefficients and drift d are fitted as far as the plateaus
 //! separate them. All quantities of the characteristic come from this one fit, so their covariance is known. T₀ is the mean temperature of the plateaus.
 
+use super::encoder::EncoderAmplitudes;
 use super::points::Point;
 use crate::calibrate::{Basis, Contribution};
 use crate::statistics::Extremes;
@@ -38,7 +39,7 @@ pub struct Characteristic {
     pub(super) drift_sensitivity: Vec<f64>,
     /// Drift within plateaus, per second, and its standard uncertainty.
     drift: (f64, f64),
-    /// Greatest amplitude of the encoder's error within a turn, rad, and the change of each coefficient by the standard deviation of that error in each plateau.
+    /// Amplitude of the encoder's error within a turn, rad, and the change of each coefficient by the standard deviation of that error in each plateau.
     encoder: Option<(f64, Vec<Vec<f64>>)>,
     /// Full scale, rad/s.
     pub full_scale_rad_s: f64,
@@ -114,14 +115,13 @@ pub fn characteristic(points: Vec<Point>, full_scale_rad_s: f64) -> Option<Chara
     Some(Characteristic { points, terms, fit, drift_sensitivity, drift, encoder: None, full_scale_rad_s, temperature })
 }
 
-/// Standard deviation of the rate of a plateau by an error of the encoder a sin(θ + φ) of unknown φ, rad/s: √2 a |sin(Δθ/2)| over the duration; none over whole
-/// turns.
-fn rate_error_rad_s(point: &Point, amplitude_rad: f64) -> f64 {
+/// Standard deviation of the rate of a plateau by an error of the encoder of these amplitudes at an unknown angle, rad/s; none over whole turns.
+fn rate_error_rad_s(point: &Point, amplitudes: &EncoderAmplitudes) -> f64 {
     let plateau = &point.plateau;
     if plateau.turns > 0 {
         return 0.0;
     }
-    2_f64.sqrt() * amplitude_rad * (0.5 * plateau.rate_rad_s * plateau.duration_s).sin().abs() / plateau.duration_s
+    amplitudes.difference_rad(plateau.rate_rad_s * plateau.duration_s) / plateau.duration_s
 }
 
 /// Mean, smallest and greatest temperature.
@@ -142,18 +142,18 @@ fn drift_within(points: &[Point]) -> (f64, f64) {
 }
 
 impl Characteristic {
-    /// With the greatest amplitude of the encoder's error within a turn, rad, in the budgets.
-    pub(super) fn with_encoder_error(mut self, amplitude_rad: Option<f64>) -> Self {
+    /// With the amplitudes of the encoder's error within a turn in the budgets.
+    pub(super) fn with_encoder_error(mut self, amplitudes: Option<EncoderAmplitudes>) -> Self {
         let reference_C = self.temperature.map_or(0.0, |t| t.at_C);
         let value = |p: &Point| -> Vec<f64> { self.terms.iter().map(|term| term.value(p, self.full_scale_rad_s, reference_C)).collect() };
         let rows: Vec<Vec<f64>> = self.points.iter().map(value).collect();
-        self.encoder = amplitude_rad.map(|amplitude_rad| {
+        self.encoder = amplitudes.map(|amplitudes| {
             let by_plateau = (0..rows.len()).filter_map(|k| {
                 let mut output = vec![0.0; rows.len()];
-                output[k] = self.coefficient(1) * rate_error_rad_s(&self.points[k], amplitude_rad);
+                output[k] = self.coefficient(1) * rate_error_rad_s(&self.points[k], &amplitudes);
                 if output[k] == 0.0 { None } else { least_squares(&rows, &output).map(|fit| fit.coefficients) }
             });
-            (amplitude_rad, by_plateau.collect())
+            (amplitudes.total_rad(), by_plateau.collect())
         });
         self
     }

@@ -20,6 +20,7 @@ mod mounted;
 mod points;
 mod static_quantities;
 mod still;
+mod turn_on;
 mod turns;
 
 pub use characteristic::{Characteristic, characteristic};
@@ -37,6 +38,8 @@ pub struct GyroSettings {
     pub column: String,
     /// Full scale, rad/s; `None` for the greatest rate that was run.
     pub full_scale_rad_s: Option<f64>,
+    /// Band about the final output at rest that ends the warm-up, rad/s; `None`: no warm-up time.
+    pub warm_up_band_rad_s: Option<f64>,
     /// Settling time at the beginning of each plateau, s.
     pub settle_s: f64,
     /// Knowledge that no log contains.
@@ -45,7 +48,13 @@ pub struct GyroSettings {
 
 impl Default for GyroSettings {
     fn default() -> Self {
-        Self { column: "gyro_rad_s".into(), full_scale_rad_s: None, settle_s: 0.5, assumptions: Assumptions::default() }
+        Self {
+            column: "gyro_rad_s".into(),
+            full_scale_rad_s: None,
+            warm_up_band_rad_s: None,
+            settle_s: 0.5,
+            assumptions: Assumptions::default(),
+        }
     }
 }
 
@@ -56,6 +65,7 @@ impl GyroSettings {
         Self {
             column: session.column.clone().unwrap_or(default.column),
             full_scale_rad_s: session.full_scale_rad_s,
+            warm_up_band_rad_s: session.warm_up_band_rad_s,
             settle_s: session.settle_s,
             assumptions: session.assumptions,
         }
@@ -83,14 +93,15 @@ pub fn calibrate(steps: &[Step], settings: &GyroSettings) -> Result<Findings, Ca
     let radius_m = upright.first().map_or(0.0, |s| s.mounting.radius_m);
     let at_radius: Vec<&Step> = upright.iter().copied().filter(|s| s.mounting.radius_m == radius_m).collect();
     let mut of_encoder = Findings::default();
-    let encoder_rad = encoder::add(&at_radius, settings, &mut of_encoder);
-    let found = static_quantities::add(&at_radius, radius_m, encoder_rad, settings, &mut findings)?;
+    let encoder = encoder::add(&at_radius, settings, &mut of_encoder);
+    let found = static_quantities::add(&at_radius, radius_m, encoder, settings, &mut findings)?;
     turns::add(&at_radius, settings, &mut findings);
     findings.quantities.extend(of_encoder.quantities);
     findings.absent.extend(of_encoder.absent);
     bands::add(&at_radius, settings, &mut findings);
     dynamic::add(&at_radius, &found, settings, &mut findings);
     still::add(&at_radius, settings, &mut findings);
+    turn_on::add(&at_radius, settings, &mut findings);
     mounted::add(&used, radius_m, found.full_scale_rad_s, settings, &mut findings);
     Ok(findings)
 }

@@ -2,6 +2,7 @@
 
 use super::GyroSettings;
 use super::characteristic::{Characteristic, MIN_RANGE_K, characteristic};
+use super::encoder::EncoderAmplitudes;
 use super::influences::{STANDARD_GRAVITY_M_S2, clock, g_sensitivity, misalignment, misalignment_factor, thermometer};
 use super::points::{Point, points, rest_points};
 use crate::acquire::calibration_session::EARTH_RAD_S;
@@ -222,7 +223,7 @@ impl Characteristic {
 pub(super) fn add(
     steps: &[&Step],
     radius_m: f64,
-    encoder_rad: Option<f64>,
+    encoder: Option<EncoderAmplitudes>,
     settings: &GyroSettings,
     findings: &mut Findings,
 ) -> Result<Characteristic, CalibrateError> {
@@ -241,7 +242,7 @@ pub(super) fn add(
         used.extend(at_rest);
     }
     let clipped = || findings.remarks.iter().find(|r| matches!(r, Remark::Clipped { .. })).cloned();
-    let Some(found) = characteristic(used, full_scale).map(|found| found.with_encoder_error(encoder_rad)) else {
+    let Some(found) = characteristic(used, full_scale).map(|found| found.with_encoder_error(encoder)) else {
         return Err(clipped().map_or(CalibrateError::NoPlateaus, CalibrateError::of_clipped));
     };
     if found.fit.dof < MIN_DOF {

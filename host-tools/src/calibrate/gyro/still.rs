@@ -15,7 +15,7 @@ const MIN_RANGE_K: f64 = 1.0;
 /// Averaging time before the fit, after which the noise is white, s.
 const BLOCK_S: f64 = 1.0;
 /// Length of the means of which the Allan deviation is computed, s.
-const ALLAN_INTERVAL_S: f64 = 0.1;
+pub(super) const ALLAN_INTERVAL_S: f64 = 0.1;
 /// Shortest log at rest, in means, and fewest averages of the longest averaging time.
 const MIN_MEANS: usize = 64;
 const MIN_AVERAGES: usize = 4;
@@ -53,7 +53,7 @@ pub(super) fn add(steps: &[&Step], settings: &GyroSettings, findings: &mut Findi
 }
 
 /// Whether the platform rests in a log.
-fn is_at_rest(step: &Step) -> bool {
+pub(super) fn is_at_rest(step: &Step) -> bool {
     step.log.column("theta_rad").is_some_and(|theta| {
         let (low, high) = theta.iter().copied().min_max();
         high - low <= MAX_REST_ANGLE_RAD
@@ -61,15 +61,15 @@ fn is_at_rest(step: &Step) -> bool {
 }
 
 /// The longest log at rest, in means of [`ALLAN_INTERVAL_S`].
-struct LongestRest<'a> {
-    log: &'a Log,
+pub(super) struct LongestRest<'a> {
+    pub(super) log: &'a Log,
     /// Rows of a mean.
-    size: usize,
-    means: Vec<f64>,
+    pub(super) size: usize,
+    pub(super) means: Vec<f64>,
 }
 
 impl<'a> LongestRest<'a> {
-    fn of(steps: &[&'a Step], settings: &GyroSettings) -> Option<Self> {
+    pub(super) fn of(steps: &[&'a Step], settings: &GyroSettings) -> Option<Self> {
         let step = steps
             .iter()
             .filter(|s| is_at_rest(s) && dut_output(&s.log, settings).is_some())

@@ -27,6 +27,8 @@ pub(super) fn standard(meaning: &Meaning) -> Option<&'static str> {
         Meaning::RateDeadBand => "IEEE Std 528: dead band",
         Meaning::Threshold => "IEEE Std 528: threshold, resolution",
         Meaning::WarmUpChange { .. } => "IEEE Std 528: warm-up",
+        Meaning::WarmUpTime { .. } => "IEEE Std 528: warm-up time; IEEE Std 952 and 1431: warm-up time",
+        Meaning::TurnOnRepeatability { .. } => "IEEE Std 528: repeatability; IEEE Std 1554: turn-on to turn-on, here by re-initialisation",
         Meaning::InRunStability { .. } => "IEEE Std 952, annex C: Allan variance; IEEE Std 528: stability",
         Meaning::BiasTemperature => "IEEE Std 2700: offset change with temperature",
         Meaning::ScaleTemperature => "IEEE Std 2700: sensitivity change with temperature",

@@ -31,6 +31,7 @@ pub fn basis(basis: &Basis) -> String {
             "amplitude of up to {} µrad within a turn by the runs of both senses; plateaus of less than one turn",
             significant(1e6 * amplitude_rad, 2)
         ),
+        Basis::LagBySenses => "lag of the device, by the difference of both senses of rotation".into(),
         Basis::EncoderQuantisation => "one count at each end of a plateau".into(),
         Basis::WindowScatter { window_s } => format!("scatter of windows of {} ms", window_s * 1e3),
         Basis::OneWindow => "scatter of one window".into(),
@@ -98,8 +99,12 @@ pub fn meaning(meaning: &Meaning) -> String {
             "by the integral over whole turns, independent of the plateaus: the mean scale over runs from rest to ± {} rad/s",
             plain(*greatest_rad_s, 3)
         ),
-        Meaning::EncoderEccentricity => {
-            "error of the stand's encoder (reading minus angle), harmonic order 1, angle from its zero; by closed turns of both senses".into()
+        Meaning::EncoderHarmonic { harmonic_order } => format!(
+            "error of the stand's encoder (reading minus angle), harmonic order {harmonic_order}, angle from its zero; by closed turns of both senses"
+        ),
+        Meaning::EncoderEccentricityByForce => {
+            "error of the stand's encoder (reading minus angle), harmonic order 1, angle from its zero; by forces that grow with the square of the rate and change within a turn, both senses"
+                .into()
         }
         Meaning::WarmUpChange { part_s, rest_s, since_power_on_s } => format!(
             "mean of the first {} s minus mean of the last {} s of {rest_s:.0} s at rest{}",
@@ -107,6 +112,15 @@ pub fn meaning(meaning: &Meaning) -> String {
             plain(*part_s, 3),
             since_power_on_s.map_or(String::new(), |from| format!(", which begin {} s after power-on", plain(from, 3)))
         ),
+        Meaning::WarmUpTime { band_rad_s, time_constant_s, from_power_on } => format!(
+            "time from {} until the output at rest stays within ± {} rad/s about its final level; exponential, time constant {} s",
+            if *from_power_on { "power-on" } else { "the beginning of the log" },
+            significant(*band_rad_s, 2),
+            plain(*time_constant_s, 3)
+        ),
+        Meaning::TurnOnRepeatability { starts } => {
+            format!("standard deviation of the mean output at rest over {starts} re-initialisations (software reset and set-up; the supply stays on)")
+        }
         Meaning::InRunStability { averaging_s, rest_s } => format!(
             "smallest Allan deviation of {rest_s:.0} s at rest, at an averaging time of {} s; an upper bound of the bias instability",
             plain(*averaging_s, 2)
@@ -190,6 +204,19 @@ pub fn absence(reason: &AbsenceReason) -> String {
             let lost = if *incomplete > 0 { format!("; {incomplete} had lost rows") } else { String::new() };
             format!("needs three complete runs of whole turns or more, of both signs (profile turns){lost}")
         }
+        AbsenceReason::NeedsBothSensesAtRates => {
+            "needs turns of both signs at different rates (profile staircase), with the index of the encoder".into()
+        }
+        AbsenceReason::NeedsWarmUpBand => "needs warm_up_band_rad_s in the session: the band about the final output that ends the warm-up".into(),
+        AbsenceReason::WithinBandFromTheBeginning { band_rad_s, since_power_on_s } => format!(
+            "the output at rest is within ± {} rad/s from the beginning of the log, {} s after power-on",
+            significant(*band_rad_s, 2),
+            plain(*since_power_on_s, 3)
+        ),
+        AbsenceReason::NotExponential { ratio } => {
+            format!("the warm-up is not exponential: the residuals over parts of the log are {ratio:.1} times those of white noise")
+        }
+        AbsenceReason::NeedsRestarts { minimum } => format!("needs {minimum} steps at rest with restart_sensor = true"),
         AbsenceReason::NeedsRest => "needs a log at rest of 7 s or more".into(),
         AbsenceReason::NeedsSmallRates => {
             "needs a staircase of small rates (below 5 % of the greatest) at which the platform turns evenly, with eight plateaus or more"
