@@ -101,7 +101,10 @@ fn an_eccentric_encoder_is_corrected() {
         "[effects.coulomb]\ncoulomb_N_m = 9e-4\n[effects.viscous]\nviscous_N_m_s = 2e-5\n[effects.inductance]\ninductance_H = 2.38e-4\n\
          [effects.encoder-eccentricity]\neccentricity_rad = {eccentricity_rad}\neccentricity_order = 1.0\neccentricity_phase_rad = {phase_rad}\n"
     );
-    let imu = format!("[imu]\naccel_scale = 1.02\naccel_bias_m_s2 = 0.15\naccel_bias_instability_m_s2 = 0.0\nchi_rad = {}\n", 1.2_f64.to_radians());
+    let imu = format!(
+        "[imu]\naccel_scale = 1.02\naccel_bias_m_s2 = 0.15\naccel_bias_instability_m_s2 = 0.0\nchi_rad = {}\n",
+        1.2_f64.to_radians()
+    );
     for seed in 1..4 {
         let session = format!("what = 'accel'\n[known]\nradius_error_m = 1e-4\n{}", turning("near", "radius_m = 0.05, tilt_deg = 1.0"));
         let findings = calibrated(&format!("{effects}{imu}"), &session, seed).findings;

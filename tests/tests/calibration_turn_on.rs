@@ -17,9 +17,7 @@ seconds = 25.5
 #[test]
 fn warm_up_time_is_that_of_the_element() {
     let stand = "[imu]\nself_heating_K = 4.0\nwarm_up_s = 20.0\n[imu.gyro]\nbias_rad_s_per_K = 1e-3\n";
-    let session = |band: &str| {
-        format!("what = 'gyro'\n{band}[[steps]]\nname = 'rest'\nmode = 'off'\nseconds = 120.0\n{STAIRCASE}")
-    };
+    let session = |band: &str| format!("what = 'gyro'\n{band}[[steps]]\nname = 'rest'\nmode = 'off'\nseconds = 120.0\n{STAIRCASE}");
     // 4e-3 rad/s at power-on, a tenth of it after 20 s ln 10.
     let findings = calibrated(stand, &session("warm_up_band_rad_s = 4e-4\n"), 1).findings;
     assert_covers(&findings, "warm_up_time_s", 20.0 * 10_f64.ln(), 2.0);

@@ -252,9 +252,8 @@ impl Likelihood<'_> {
                     let upper = self.upper(&best, p, limit, 0);
                     // Without the absent neighbour as well: a square of it that is positive by chance takes from this one, and none is negative.
                     let neighbour = ABSENT_NEIGHBOURS.iter().find(|(shown, absent)| *shown == p && !is_shown(*absent));
-                    let upper_without = neighbour.and_then(|(_, absent)| {
-                        without[*absent].as_ref().map(|without| self.upper(without, p, limit, 1 << absent))
-                    });
+                    let upper_without = neighbour
+                        .and_then(|(_, absent)| without[*absent].as_ref().map(|without| self.upper(without, p, limit, 1 << absent)));
                     [self.lower(&best, p, limit), upper.max(upper_without.unwrap_or(0.0))]
                 });
                 Intervals { within_68, within_95 }

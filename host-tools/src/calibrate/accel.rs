@@ -184,7 +184,7 @@ fn at_radius(steps: &[&Step]) -> Option<AtRadius> {
         all.iter_mut().enumerate().for_each(|(k, window)| window.cluster = k * CLUSTERS / count);
         all
     };
-    let mut all = with([0.0; 2]);
+    let all = with([0.0; 2]);
     // Without the index the zero of each log is another one.
     if (has_index || steps.len() == 1)
         && separates_encoder(&all)
@@ -193,11 +193,11 @@ fn at_radius(steps: &[&Step]) -> Option<AtRadius> {
         for _ in 0..CORRECTIONS {
             let Some([(c, _), (s, _)]) = found.encoder() else { break };
             let corrected_rad = [found.corrected_rad[0] + c, found.corrected_rad[1] + s];
-            if !(corrected_rad[0].hypot(corrected_rad[1]) < MAX_ENCODER_ERROR_RAD) {
+            let size_rad = corrected_rad[0].hypot(corrected_rad[1]);
+            if size_rad.is_nan() || size_rad > MAX_ENCODER_ERROR_RAD {
                 break;
             }
-            all = with(corrected_rad);
-            found = fits(&all, radius_m, corrected_rad, true)?;
+            found = fits(&with(corrected_rad), radius_m, corrected_rad, true)?;
         }
         return Some(found);
     }

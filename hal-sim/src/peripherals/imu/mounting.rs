@@ -277,7 +277,8 @@ impl Imu {
         if start != self.start {
             (self.start, self.start_bias_rad_s) = (start, self.turn_on.draw());
         }
-        let seen = [0.0, 0.0, s.gyro_scale * rate + s.gyro_bias_rad_s + self.start_bias_rad_s, x + s.accel_bias_m_s2, y + s.accel_bias_m_s2, z];
+        let seen =
+            [0.0, 0.0, s.gyro_scale * rate + s.gyro_bias_rad_s + self.start_bias_rad_s, x + s.accel_bias_m_s2, y + s.accel_bias_m_s2, z];
         self.chip.tick(now_s, &seen, temp_C);
     }
 }

