@@ -15,7 +15,7 @@ fn strong_random_walk_is_no_quantisation() {
     assert!(q.estimate.is_none() && r.estimate.is_none(), "{q:?} {r:?}");
     for (coefficient, truth) in [(n, mixture.white), (b, mixture.flicker), (k, mixture.walk)] {
         let found = coefficient.estimate.expect("N, B and K are shown");
-        // An ordinary miss of an interval of 95 %: all three are 1.0 to 1.2 U off.
+        // B is 1.2 U off, an ordinary miss of an interval of 95 %.
         let error = (found.value - truth).abs() / found.expanded().expect("U is finite");
         assert!(error < 1.3, "{found:?}, truth {truth}: {error} U");
     }

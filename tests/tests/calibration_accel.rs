@@ -93,7 +93,7 @@ fn accelerometer_is_insensitive_near_rest() {
     assert!(found(&findings, "combined_rms_rad_s").value < 0.02);
 }
 
-/// An encoder whose disc is off its axis by 4 mrad: φ = θ + e sin(θ + 0.7), counted from the index.
+/// An encoder whose disc is off its axis by 4 mrad: φ = θ + e sin(θ + 0.7), counted from the index. The whole staircase turns in both senses.
 #[test]
 fn an_eccentric_encoder_is_corrected() {
     let (eccentricity_rad, phase_rad) = (4e-3, 0.7_f64);
@@ -106,7 +106,10 @@ fn an_eccentric_encoder_is_corrected() {
         1.2_f64.to_radians()
     );
     for seed in 1..4 {
-        let session = format!("what = 'accel'\n[known]\nradius_error_m = 1e-4\n{}", turning("near", "radius_m = 0.05, tilt_deg = 1.0"));
+        let session = format!(
+            "what = 'accel'\n[known]\nradius_error_m = 1e-4\n{}",
+            turning("near", "radius_m = 0.05, tilt_deg = 1.0").replace("seconds = 14.0", "seconds = 25.5")
+        );
         let findings = calibrated(&format!("{effects}{imu}"), &session, seed).findings;
         assert_covers(&findings, "encoder_cosine_rad", eccentricity_rad * phase_rad.sin(), 1e-3);
         assert_covers(&findings, "encoder_sine_rad", eccentricity_rad * phase_rad.cos(), 1e-3);

@@ -91,6 +91,11 @@ pub enum Basis {
         /// s.
         window_s: f64,
     },
+    /// Smallest Allan deviation.
+    AllanFloor {
+        /// Its averaging time, s.
+        averaging_s: f64,
+    },
     /// Scatter of one window.
     OneWindow,
     /// Standard uncertainty of a standard deviation (GUM E.4.3).

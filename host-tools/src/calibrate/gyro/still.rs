@@ -18,7 +18,7 @@ const BLOCK_S: f64 = 1.0;
 pub(super) const ALLAN_INTERVAL_S: f64 = 0.1;
 /// Shortest log at rest, in means, and fewest averages of the longest averaging time.
 const MIN_MEANS: usize = 64;
-const MIN_AVERAGES: usize = 4;
+pub(super) const MIN_AVERAGES: usize = 4;
 
 /// Part of the log at rest at each of its ends between which the output changes.
 const WARM_UP_PART: usize = 10;

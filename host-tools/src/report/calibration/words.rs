@@ -34,6 +34,9 @@ pub fn basis(basis: &Basis) -> String {
         Basis::LagBySenses => "lag of the device, by the difference of both senses of rotation".into(),
         Basis::EncoderQuantisation => "one count at each end of a plateau".into(),
         Basis::WindowScatter { window_s } => format!("scatter of windows of {} ms", window_s * 1e3),
+        Basis::AllanFloor { averaging_s } => {
+            format!("√2 times the smallest Allan deviation about the fit, at an averaging time of {} s", plain(*averaging_s, 2))
+        }
         Basis::OneWindow => "scatter of one window".into(),
         Basis::OfStandardDeviation => "standard uncertainty of a standard deviation (GUM E.4.3)".into(),
         Basis::TwoStandardDeviations => "two standard deviations of a plateau".into(),
