@@ -105,17 +105,25 @@ fn an_eccentric_encoder_is_corrected() {
         "[imu]\naccel_scale = 1.02\naccel_bias_m_s2 = 0.15\naccel_bias_instability_m_s2 = 0.0\nchi_rad = {}\n",
         1.2_f64.to_radians()
     );
-    for seed in 1..4 {
-        let session = format!(
-            "what = 'accel'\n[known]\nradius_error_m = 1e-4\n{}",
-            turning("near", "radius_m = 0.05, tilt_deg = 1.0").replace("seconds = 14.0", "seconds = 25.5")
-        );
+    let wanted = [
+        ("encoder_cosine_rad", eccentricity_rad * phase_rad.sin(), 1e-3),
+        ("encoder_sine_rad", eccentricity_rad * phase_rad.cos(), 1e-3),
+        ("scale", 1.02, 2.5e-3),
+        ("angle_deg", 1.2, 0.1),
+        ("bias_x_m_s2", 0.15, 0.02),
+        ("bias_y_m_s2", 0.15, 0.02),
+    ];
+    let mut covered = [0; 6];
+    for seed in 1..5 {
+        let steps = turning("near", "radius_m = 0.05, tilt_deg = 1.0").replace("seconds = 14.0", "seconds = 25.5");
+        let session = format!("what = 'accel'\n[known]\nradius_error_m = 1e-4\n{steps}");
         let findings = calibrated(&format!("{effects}{imu}"), &session, seed).findings;
-        assert_covers(&findings, "encoder_cosine_rad", eccentricity_rad * phase_rad.sin(), 1e-3);
-        assert_covers(&findings, "encoder_sine_rad", eccentricity_rad * phase_rad.cos(), 1e-3);
-        assert_covers(&findings, "scale", 1.02, 2.5e-3);
-        assert_covers(&findings, "angle_deg", 1.2, 0.1);
-        assert_covers(&findings, "bias_x_m_s2", 0.15, 0.02);
-        assert_covers(&findings, "bias_y_m_s2", 0.15, 0.02);
+        for (covered, (name, truth, max_U)) in covered.iter_mut().zip(wanted) {
+            let quantity = found(&findings, name);
+            assert!(quantity.expanded_u() <= max_U, "{name}: {quantity:?}");
+            *covered += u32::from(quantity.covers(truth));
+        }
     }
+    // Two misses of four at 95 % have a probability of 1.4 %.
+    assert!(covered.iter().all(|count| *count >= 3), "{covered:?}");
 }
