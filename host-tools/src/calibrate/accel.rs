@@ -553,16 +553,22 @@ mod tests {
 
     #[test]
     fn an_exact_encoder_changes_nothing_beyond_the_uncertainty() {
+        let mut outside = 0;
         for seed in 0..5 {
             let step = turning([0.0; 2], seed);
             let (found, without) = (at_radius(&[&step]).unwrap(), fits(&windows_in_clusters(&step), 0.05, [0.0; 2], false).unwrap());
             let ((product, u), (before, _)) = (found.product(), without.product());
-            assert!((product - before).abs() < 2.02 * u && found.corrected_rad.iter().all(|e| e.abs() < 1e-3), "{product} {before} {u}");
-            for (with, without) in [(&found.x, &without.x), (&found.y, &without.y)] {
-                // U with k = 2.02 of 41 degrees of freedom.
-                assert!((with.coefficients[0] - without.coefficients[0]).abs() < 2.02 * with.sigma(0));
-            }
+            assert!(found.corrected_rad.iter().all(|e| e.abs() < 1e-3), "{:?}", found.corrected_rad);
+            let changes = [
+                (product - before) / u,
+                (found.x.coefficients[0] - without.x.coefficients[0]) / found.x.sigma(0),
+                (found.y.coefficients[0] - without.y.coefficients[0]) / found.y.sigma(0),
+            ];
+            // U with k = 2.02 of 41 degrees of freedom.
+            outside += changes.iter().filter(|change| change.abs() > 2.02).count();
         }
+        // 5 % of 15 are 0.75 if the change were as uncertain as the value, which it is less.
+        assert!(outside <= 2, "{outside}");
     }
 
     /// One sense of rotation does not separate the delay of the samples from the encoder: the step of the other tests.
