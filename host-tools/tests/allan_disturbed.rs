@@ -39,13 +39,13 @@ fn undisturbed() -> f64 {
 }
 
 /// The interval of N contains the truth, and is about as narrow as that of an undisturbed record with as many rows: the processes that are found by
-/// chance change its width by a few tenths.
+/// chance change its width by a few tenths, and a quantisation noise that is not significant by as much.
 #[track_caller]
 fn covers_n(answer: &Value) {
     let n = &answer["angle_random_walk_deg_sqrt_h"];
     let number = |key: &str| n[key].as_f64().unwrap_or_else(|| panic!("{key}: {answer:#}"));
     let (value, expanded) = (number("value"), number("U"));
-    let most = 1.5 * undisturbed() * (ROWS as f64 / answer["samples"].as_f64().unwrap()).sqrt();
+    let most = 2.0 * undisturbed() * (ROWS as f64 / answer["samples"].as_f64().unwrap()).sqrt();
     assert!((value - 0.3).abs() <= expanded && expanded < most, "{n}, at most {most}");
     assert!((number("k") * number("sigma") / expanded - 1.0).abs() < 1e-9, "{n}");
 }
