@@ -42,14 +42,11 @@ impl<S: Scalar> Rig<S> {
             let charge = target * zero_s + before * tau + beyond * (rest_s - tau * settled);
             return (charge / h, beyond * settled);
         }
-        if row.voltage_slope_V == 0.0 || h == 0.0 {
+        if row.has_constant_voltage() || h == 0.0 {
             return (mean, last);
         }
-        // The response to the part of the voltage that rises through zero in the middle, from no current.
-        let tau_s = inductance / resistance;
-        let per_s = S::from(row.voltage_slope_V_s()) / resistance;
-        let middle_s = tau_s + 0.5 * h;
-        (mean + per_s * (middle_s * (settled / -x) - tau_s), last + per_s * ((-tau_s + 0.5 * h) + middle_s * (-settled + 1.0)))
+        let (by_mean, by_last) = course_response(row.voltage_from_V(part), -x);
+        (mean + by_mean / resistance, last + by_last / resistance)
     }
 }
 
@@ -64,6 +61,28 @@ impl<S: Scalar> Rig<S> {
         }
         past_drop(total.voltage - back_emf_V * connected + u_V, total.drop_V * connected) / resistance
     }
+}
+
+/// Least duration, in time constants of the winding, over which the course of the voltage about its mean matters: its response falls with the third power.
+const MIN_TIME_CONSTANTS: f64 = 0.02;
+
+/// Response of a winding to the course of the voltage about its mean, from no current, times the resistance: mean over the time, and at its end. `course`: polynomial of the
+/// fraction of the time; `x`: the time in time constants. The solution of y' = x (u − y): the polynomial q with q' = x (u − q), and q(0) e^(−x s) that decays.
+fn course_response<S: Scalar>([c0, c1, c2, c3]: [f64; 4], x: S) -> (S, S) {
+    let mean = c0 + c1 / 2.0 + c2 / 3.0 + c3 / 4.0;
+    let (linear, quadratic, cubic) = if x.re() < MIN_TIME_CONSTANTS {
+        // Only a straight line: the first moment of the course is that of the line.
+        (c1 + c2 + 0.9 * c3, 0.0, 0.0)
+    } else {
+        (c1, c2, c3)
+    };
+    let constant = if x.re() < MIN_TIME_CONSTANTS { -0.5 * linear } else { c0 - mean };
+    let q3 = S::from(cubic);
+    let q2 = -(q3 * 3.0 / x) + quadratic;
+    let q1 = -(q2 * 2.0 / x) + linear;
+    let q0 = -(q1 / x) + constant;
+    let decayed = -(-x).exp_m1();
+    (q0 + q1 / 2.0 + q2 / 3.0 + q3 / 4.0 - q0 * decayed / x, q1 + q2 + q3 + q0 * decayed)
 }
 
 /// A voltage less the drop that opposes it; zero below the drop.

@@ -71,9 +71,8 @@ pub struct RowInput {
     pub dt_s: f64,
     /// Voltage, current or torque, mean over the row; or the setpoint of the angle.
     pub input: f64,
-    /// First moment of the voltage within the row: the voltage is taken as `input` + `voltage_slope_V` (2 x − 1) at the fraction x of the row, V. Zero for
-    /// other inputs.
-    pub voltage_slope_V: f64,
+    /// Course of the voltage about its mean `input`: coefficients of the Legendre polynomials of degree 1, 2 and 3 over the row, V. Zero for other inputs.
+    pub voltage_course_V: [f64; 3],
     /// Fraction of the row in which the bridge connects the winding. Below 1 the winding is open in the rest, and its current zero there: a bridge that
     /// coasts in the off time of the PWM, and 0 for a motor that is disconnected.
     pub connected: f64,
@@ -100,7 +99,7 @@ impl RowInput {
             t_s,
             dt_s,
             input,
-            voltage_slope_V: 0.0,
+            voltage_course_V: [0.0; 3],
             connected: 1.0,
             theta: None,
             temp_C: None,
@@ -112,20 +111,33 @@ impl RowInput {
         }
     }
 
+    /// The voltage is the same in the whole row.
+    #[inline]
+    fn has_constant_voltage(&self) -> bool {
+        self.voltage_course_V == [0.0; 3]
+    }
+
     /// Mean of the voltage over a part of the row, V.
     #[inline]
     fn voltage_V(&self, part: Part) -> f64 {
-        self.input + self.voltage_slope_V * (2.0 * part.from + part.length_s / self.dt_s - 1.0)
+        if self.has_constant_voltage() {
+            return self.input;
+        }
+        let [c0, c1, c2, c3] = self.voltage_from_V(part);
+        c0 + c1 / 2.0 + c2 / 3.0 + c3 / 4.0
+    }
+
+    /// The voltage over a part of the row as a polynomial of the fraction of the part, V.
+    fn voltage_from_V(&self, part: Part) -> [f64; 4] {
+        let [p1, p2, p3] = self.voltage_course_V;
+        // In the fraction x of the row: P1 = 2 x − 1, P2 = 6 x² − 6 x + 1, P3 = 20 x³ − 30 x² + 12 x − 1.
+        let (c0, c1, c2, c3) = (self.input - p1 + p2 - p3, 2.0 * p1 - 6.0 * p2 + 12.0 * p3, 6.0 * p2 - 30.0 * p3, 20.0 * p3);
+        let (x, h) = (part.from, part.length_s / self.dt_s);
+        [c0 + x * (c1 + x * (c2 + x * c3)), h * (c1 + x * (2.0 * c2 + x * 3.0 * c3)), h * h * (c2 + x * 3.0 * c3), h * h * h * c3]
     }
 
     fn whole(&self) -> Part {
         Part { from: 0.0, length_s: self.dt_s }
-    }
-
-    /// Slope of the voltage, V/s.
-    #[inline]
-    fn voltage_slope_V_s(&self) -> f64 {
-        2.0 * self.voltage_slope_V / self.dt_s
     }
 }
 

@@ -24,7 +24,10 @@ fn errors_with_the_slope(effects: &[(&str, &[f64])]) -> [f64; 3] {
                 let part = span(begin_s + f64::from(k) * ROW_S / f64::from(PARTS), ROW_S / f64::from(PARTS), volt, Some(25.0));
                 mean += rig.advance(&mut fine, &part) / f64::from(PARTS);
             }
-            let row = RowInput { voltage_slope_V: if with_slope { slope } else { 0.0 }, ..span(begin_s, ROW_S, middle, Some(25.0)) };
+            let row = RowInput {
+                voltage_course_V: if with_slope { [slope, 0.0, 0.0] } else { [0.0; 3] },
+                ..span(begin_s, ROW_S, middle, Some(25.0))
+            };
             let current = rig.advance(&mut coarse, &row);
             let errors = [coarse.omega - fine.omega, coarse.theta - fine.theta, current - mean];
             worst = std::array::from_fn(|k| worst[k].max(errors[k].abs()));

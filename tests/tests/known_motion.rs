@@ -1,4 +1,4 @@
-//! A rate sensor against a known motion: the angle of a rate table is the input, the sensor the output.
+//! A sensor of rate or angle against a known motion: the angle of a rate table is the input, the sensor the output.
 
 use host_tools::identify::explain::{Explanation, Verdict, explain};
 use host_tools::log::{Column, Log};
@@ -38,6 +38,50 @@ fn answer_beside(sensor: impl Fn(f64) -> f64, reading: impl Fn(f64) -> f64) -> E
     let log = Log::new("table.csv", columns, vec![("omega_rad_s".to_owned(), "gyro".to_owned())]).expect("a log");
     let model = Model::parse("[drive]\ninput = \"theta_rad\"\noutputs = [\"omega_rad_s\"]\neffects = []\n", "the sensor").expect("a model");
     explain(vec![log], &model, &|_| {}).expect("an explanation")
+}
+
+/// What is said about a resolver that reads `shaft(t)` beside the encoder of the table.
+fn answer_of_angle(shaft: impl Fn(f64) -> f64) -> Explanation {
+    let mut draw = Xoshiro256PlusPlus::seed_from_u64(7);
+    let mut even = || (draw.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let mut noise = || 2e-4 * ((0..12).map(|_| even()).sum::<f64>() - 6.0);
+    let t_s: Vec<f64> = (0..ROWS).map(|k| k as f64 * DT_S).collect();
+    let theta_rad = t_s.iter().map(|t| (motion(*t).1 / COUNT_RAD).floor() * COUNT_RAD).collect();
+    // The zero of the resolver is another one.
+    let theta_sensor_rad = t_s.iter().map(|t| 0.4 + shaft(*t) + noise()).collect();
+    let columns = [("t_s", t_s), ("theta_rad", theta_rad), ("theta_sensor_rad", theta_sensor_rad)];
+    let columns = columns.into_iter().map(|(name, values)| Column { name: name.to_owned(), values }).collect();
+    let log = Log::new("table.csv", columns, vec![]).expect("a log");
+    let text = "[drive]\ninput = \"theta_rad\"\noutputs = [\"theta_sensor_rad\"]\neffects = []\n";
+    explain(vec![log], &Model::parse(text, "the resolver").expect("a model"), &|_| {}).expect("an explanation")
+}
+
+#[test]
+fn errors_of_a_resolver_are_found() {
+    let perfect = answer_of_angle(|t| motion(t).1);
+    assert_eq!((perfect.verdict, perfect.missing.as_slice()), (Verdict::Adequate, &[][..]));
+
+    // Two harmonics: off the axis, and unequal windings.
+    let harmonics = answer_of_angle(|t| {
+        let theta = motion(t).1;
+        theta + 5e-3 * (theta + 0.7).sin() + 3e-3 * (2.0 * theta + 1.9).sin()
+    });
+    let named = ["encoder-eccentricity".to_owned(), "encoder-eccentricity#2".to_owned()];
+    assert_eq!((harmonics.verdict, harmonics.missing.as_slice()), (Verdict::EffectFound, &named[..]));
+    for (order, amplitude_rad, phase_rad) in [(1.0, 5e-3, 0.7), (2.0, 3e-3, 1.9)] {
+        let value = |name: &str, instance: &str| harmonics.model.value(&format!("{name}{instance}")).unwrap_or(f64::NAN);
+        let instance = ["", "#2"].into_iter().find(|instance| value("eccentricity_order", instance) == order).expect("the order");
+        let (amplitude, phase) = (value("eccentricity_rad", instance), value("eccentricity_phase_rad", instance));
+        assert!((amplitude - amplitude_rad).abs() < 2e-4 && (phase - phase_rad).abs() < 0.05, "order {order}: {amplitude} {phase}");
+    }
+
+    let late = answer_of_angle(|t| motion(t - 4e-3).1);
+    assert_eq!((late.verdict, late.missing.as_slice()), (Verdict::EffectFound, &["time-skew".to_owned()][..]));
+    assert!((late.model.value("skew_s").unwrap_or(f64::NAN) - 4e-3).abs() < 1e-4);
+
+    // No effect of the catalogue is a wrong number of counts per turn: that is not called something else.
+    let scaled = answer_of_angle(|t| 1.002 * motion(t).1);
+    assert_eq!(scaled.verdict, Verdict::UnknownStructure, "{:?}", scaled.missing);
 }
 
 #[test]

@@ -34,7 +34,7 @@ pub const CARD: Card = Card {
     law: &Inductance,
     description: Description {
         summary: "The current cannot jump: it rises with the electrical time constant L/R.",
-        signature: "The measured current lags behind the model after every voltage step.",
+        signature: "After every voltage step the current lags behind the model, and with it the torque: without a current column, only the rate shows it.",
         experiment: "Apply steps or a PRBS of the voltage, sampled faster than L/R.",
         similar: "A filter of the current sensor; a delayed channel.",
         reference: "Leonhard, Control of Electrical Drives (2001), ch. 5",

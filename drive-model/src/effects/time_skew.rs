@@ -36,7 +36,7 @@ pub const CARD: Card = Card {
         summary: "One channel has late time stamps: a filter, a bus, another clock.",
         signature: "The error of this channel is proportional to its slope.",
         experiment: "Apply sharp steps, sampled fast.",
-        similar: "The lag of a slow sensor, which rounds corners.",
+        similar: "The lag of a slow sensor, which rounds corners; an input that acts later than its column says, by the same time.",
         reference: "Ljung, System Identification (1999), §4.2: input delay",
     },
     ..Card::DEFAULT

@@ -6,8 +6,8 @@ use clap::{Args, Subcommand};
 
 use super::error::CliError;
 use super::output::JsonOutput;
-use crate::log::Notes;
-use crate::log::import::{self, Statements, file_of};
+use crate::log::import::{self, ImportMapping, Statements, file_of};
+use crate::log::{Log, Notes};
 use crate::report::{inspection as report, log_warning};
 
 /// What the user states about a log of another program; it is remembered in NAME.import.toml beside the log.
@@ -67,11 +67,26 @@ impl ImportOptions {
                 if let Some(question) = report::open_question(&inspection) {
                     return Err(CliError::in_file(&file, question));
                 }
-                inspection.mapping.write_beside(&file)?;
+                keep(&file, &inspection.mapping)?;
             }
         }
         Ok(())
     }
+}
+
+/// Writes the mapping beside the file and reads the file by it; a mapping by which it cannot be read is not kept.
+fn keep(file: &Path, mapping: &ImportMapping) -> Result<PathBuf, CliError> {
+    let before = std::fs::read(file_of(file)).ok();
+    let path = mapping.write_beside(file)?;
+    if let Err(error) = Log::read(file) {
+        // The error of the log says what to do; where the earlier mapping cannot be restored either, the next command says so.
+        let _ = match before {
+            Some(before) => std::fs::write(&path, before),
+            None => std::fs::remove_file(&path),
+        };
+        return Err(error.into());
+    }
+    Ok(path)
 }
 
 /// Examine logs, also those of other programs
@@ -110,12 +125,7 @@ impl Inspect {
             if let Some(open) = report::open_question(&inspection) {
                 return Err(CliError::in_file(&self.file, open));
             }
-            let path = inspection.mapping.write_beside(&self.file)?;
-            // The file is read once, so that what cannot be read is found now.
-            if let Err(error) = crate::log::Log::read(&self.file) {
-                let _ = std::fs::remove_file(file_of(&self.file));
-                return Err(error.into());
-            }
+            let path = keep(&self.file, &inspection.mapping)?;
             self.json.text(&format!("\nAccepted: written to {}.\n", path.display()))?;
         }
         self.json.json(|| report::json(&inspection))

@@ -45,8 +45,8 @@ pub fn log_warning(warning: &LogWarning) -> String {
             format!("the time stamps scatter by {scatter_us} µs rms, and the readings are evenly spaced: even times are used")
         }
         LogWarning::OtherRate { column } => format!("the rate omega_rad_s is the column {column}, as the model states (rate_column)"),
-        LogWarning::UnwrappedAngle { jumps } => {
-            format!("theta_rad is wrapped to one turn ({jumps} jumps of 2π); it was continued over the turns")
+        LogWarning::UnwrappedAngle { column, jumps } => {
+            format!("{column} is wrapped to one turn ({jumps} jumps of 2π); it was continued over the turns")
         }
         LogWarning::NoteNotUnderstood { key, part, example } => {
             format!("note “{key}”: “{part}” was not understood and is not used; an example that is understood: {example}")

@@ -5,7 +5,7 @@
 //! kept where the likelihood of the residuals rises clearly. Outliers are found first; see [`super::fit::outliers`].
 
 use super::fit::prepare::PreparationNote;
-use super::fit::{FitError, FitResult, PreparedLog, outliers, prepared_log};
+use super::fit::{FitError, FitResult, PreparedLog, outliers, voltage};
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
@@ -119,13 +119,12 @@ pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Optio
     match convention {
         Convention::InputAtT => {
             let column = data.driven.column();
-            if data.input_at_t || data.voltage_slope_V.is_some() || data.driven == Input::Motion || log.notes().has_provenance(column) {
+            if data.input_at_t || data.voltage_course_V.is_some() || data.driven == Input::Motion || log.notes().has_provenance(column) {
                 return None;
             }
             data.input_at_t = true;
-            data.input = prepared_log::input(log.column(column)?, true, &data.segments).into_owned().into();
-            data.voltage_slope_V =
-                prepared_log::voltage_slope_V(log, data.driven, true, &data.segments).map(|slope| slope.into_owned().into());
+            data.input = voltage::input(log.column(column)?, true, &data.segments).into_owned().into();
+            data.voltage_course_V = voltage::voltage_course_V(log, data.driven, true, &data.segments);
             Some(PreparationNote::AssumedAtT { column })
         }
         Convention::CurrentAtT => {

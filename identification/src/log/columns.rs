@@ -31,6 +31,13 @@ pub static KNOWN: LazyLock<Vec<KnownColumn>> = LazyLock::new(|| {
         mean_over_row: false,
         of_drive: true,
     };
+    let sensor_angle = KnownColumn {
+        name: "theta_sensor_rad",
+        unit: "rad",
+        description: "angle of a sensor under test",
+        mean_over_row: false,
+        of_drive: true,
+    };
     let age = KnownColumn {
         name: "rate_age_s",
         unit: "s",
@@ -45,7 +52,7 @@ pub static KNOWN: LazyLock<Vec<KnownColumn>> = LazyLock::new(|| {
         mean_over_row: channel.sampling == Sampling::Mean,
         of_drive: is_of_drive(channel),
     });
-    [time, torque, open, age].into_iter().chain(channels).collect()
+    [time, torque, open, sensor_angle, age].into_iter().chain(channels).collect()
 });
 
 /// The channel is a command to the drive or a reading of it, once per row. The others belong to the device under test and the gyroscope, or

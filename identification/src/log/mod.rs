@@ -399,13 +399,17 @@ fn read_file(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents,
     Ok(contents)
 }
 
+/// Angles that are continued over the turns.
+const ANGLES: [&str; 2] = ["theta_rad", "theta_sensor_rad"];
+
 /// Reads a file of either format; a wrapped angle is continued over the turns.
 fn read_contents(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
     let mut contents = read_file(path, selection)?;
     let is_linear = contents.notes.axis() == Axis::Linear;
-    if let Some(theta) = contents.columns.iter_mut().find(|c| c.name == "theta_rad" && !is_linear) {
-        let jumps = unwrap::unwrap(&mut theta.values);
-        contents.warnings.extend((jumps > 0).then_some(LogWarning::UnwrappedAngle { jumps }));
+    for angle in contents.columns.iter_mut().filter(|_| !is_linear) {
+        let Some(column) = ANGLES.into_iter().find(|name| angle.name == *name) else { continue };
+        let jumps = unwrap::unwrap(&mut angle.values);
+        contents.warnings.extend((jumps > 0).then_some(LogWarning::UnwrappedAngle { column, jumps }));
     }
     Ok(contents)
 }

@@ -103,6 +103,8 @@ pub enum LogWarning {
     },
     /// The angle was wrapped to one turn and is continued over the turns.
     UnwrappedAngle {
+        /// The column.
+        column: &'static str,
         /// Number of jumps by a turn.
         jumps: usize,
     },

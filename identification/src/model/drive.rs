@@ -35,8 +35,8 @@ impl Reader<'_> {
         let key = "[drive] outputs";
         let mut outputs = Vec::new();
         for (name, span) in self.strings(item, key)? {
-            let Some(channel) = ALL.into_iter().find(|c| self.axis.column(c.column()) == name) else {
-                let near = nearest(name, ALL.iter().map(|c| self.axis.column(c.column())));
+            let Some(channel) = ALL.into_iter().find(|c| self.axis.column(c.compared_column(input)) == name) else {
+                let near = nearest(name, ALL.iter().map(|c| self.axis.column(c.compared_column(input))));
                 let known = format!("valid outputs: {}", columns(self.axis, &ALL));
                 return self.fail(span, key, ModelErrorKind::Unknown { what: "output", name: name.to_owned(), near, known });
             };

@@ -70,7 +70,7 @@ impl Input {
         match self {
             Input::Voltage | Input::Setpoint => &[Channel::Rate, Channel::Current, Channel::Angle],
             Input::Current | Input::Torque => &[Channel::Rate, Channel::Angle],
-            Input::Motion => &[Channel::Current, Channel::Torque, Channel::Voltage, Channel::Rate],
+            Input::Motion => &[Channel::Current, Channel::Torque, Channel::Voltage, Channel::Rate, Channel::Angle],
         }
     }
 }
@@ -99,6 +99,14 @@ impl Channel {
             Channel::Current => "i_A",
             Channel::Voltage => "u_V",
             Channel::Torque => "torque_N_m",
+        }
+    }
+
+    /// Column of the log that is compared with this output of a model. Where the angle is the input, the compared angle is that of a sensor under test.
+    pub fn compared_column(self, input: Input) -> &'static str {
+        match (self, input) {
+            (Channel::Angle, Input::Motion) => "theta_sensor_rad",
+            _ => self.column(),
         }
     }
 }

@@ -14,7 +14,7 @@ pub fn html(c: &Comparison) -> String {
     misfits::section(c.model.axis(), &c.misfits, &mut page);
     page.section("Residuals", |page| residuals(c, page));
     if c.fitted {
-        page.section("Parameters", |page| parameter_table(&parameters(c), page));
+        page.section("Parameters", |page| parameter_table(&parameters(c), c.result.leaves_noise_only(), page));
     }
     let along = coordinates(c.log, c.data, &c.result.channels);
     let plot_data = ResidualPlotData::new(c.log, c.data, c.result);
@@ -81,8 +81,8 @@ fn residuals(c: &Comparison, page: &mut Page) {
     page.table(table);
 }
 
-fn parameter_table(rows: &[ParameterRow], page: &mut Page) {
-    let mut table = Table::new(["parameter", "value ± 1σ", "start", "change", ""]);
+fn parameter_table(rows: &[ParameterRow], leaves_noise_only: bool, page: &mut Page) {
+    let mut table = Table::new(["parameter", &format!("value ± {}1σ", numbers::at_least(leaves_noise_only)), "start", "change", ""]);
     for row in rows {
         let change = if row.fixed { String::new() } else { numbers::change(row.start, row.value) };
         let name = Markup::code(&row.name).then_line(Markup::span(Class::Faint, row.description));

@@ -32,6 +32,8 @@ struct FitJson<'a> {
     parameters: Entries<ParameterJson>,
     not_identifiable: Vec<&'a str>,
     not_identifiable_details: Vec<NotIdentifiableJson<'a>>,
+    /// The model leaves more than noise: `sigma` does not contain what it lacks.
+    sigma_is_lower_bound: bool,
     converged: bool,
     steps: usize,
     #[serde(flatten)]
@@ -108,6 +110,7 @@ pub fn fit_json(c: &Comparison) -> Value {
                 correlation: u.partner.as_ref().map(|(_, r)| *r),
             })
             .collect(),
+        sigma_is_lower_bound: !c.result.leaves_noise_only(),
         converged: c.result.converged,
         steps: c.result.steps,
         comparison: comparison(c),

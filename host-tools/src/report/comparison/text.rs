@@ -26,7 +26,7 @@ pub fn text(c: &Comparison, style: Style) -> String {
         text.push('\n');
     }
     if c.fitted {
-        text.push_str(&parameter_table(&parameters(c), style));
+        text.push_str(&parameter_table(&parameters(c), c.result.leaves_noise_only(), style));
         text.push('\n');
     }
     // The conclusion contains the first line.
@@ -91,7 +91,7 @@ fn channel(c: &Comparison, f: &ChannelFit, style: Style) -> String {
     text
 }
 
-fn parameter_table(rows: &[ParameterRow], style: Style) -> String {
+fn parameter_table(rows: &[ParameterRow], leaves_noise_only: bool, style: Style) -> String {
     let cells: Vec<[String; 3]> = rows
         .iter()
         .map(|row| {
@@ -107,7 +107,11 @@ fn parameter_table(rows: &[ParameterRow], style: Style) -> String {
         .collect();
     let width = |k: usize| cells.iter().map(|c| c.get(k).map_or(0, |t| t.chars().count())).max().unwrap_or(0);
     let (names, values) = (width(0), width(1));
-    let mut text = format!("{} {}\n", style.strong("Parameters"), style.faint("(± is 1 standard uncertainty)"));
+    let mut text = format!(
+        "{} {}\n",
+        style.strong("Parameters"),
+        style.faint(&format!("(± is {}1 standard uncertainty)", numbers::at_least(leaves_noise_only)))
+    );
     for ([name, value, start], row) in cells.iter().zip(rows) {
         let line = format!("  {name:<names$}  {value:<values$}  {start}");
         let mark = row.mark().text();

@@ -101,7 +101,10 @@ pub const GLOSSARY: &[(&str, &str)] = &[
         "white",
         "the residual is not autocorrelated (Ljung–Box test at a level of 0.001). A missing effect nearly always makes it autocorrelated.",
     ),
-    ("± 1σ", "standard uncertainty of a fitted parameter: 68 % of repeated estimates lie within 1σ, 95 % within 2σ."),
+    (
+        "± 1σ",
+        "standard uncertainty of a fitted parameter: 68 % of repeated estimates lie within 1σ, 95 % within 2σ. \"At least 1σ\": the model leaves more than noise, which may have shifted the parameters by more.",
+    ),
     (
         "not determined",
         "the outputs hardly depend on this parameter, or another parameter compensates for it. Its value has no meaning; its combination with the other may have.",

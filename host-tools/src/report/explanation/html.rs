@@ -4,7 +4,7 @@ use super::evidence::{Outcome, grouped, heldout_ratio, p_cell, reason};
 use super::plots::{self, Pair};
 use super::words::LimitRow;
 use super::{sentences, words};
-use crate::identify::explain::{Explanation, Verdict};
+use crate::identify::explain::{Explanation, Stage, Verdict};
 use crate::identify::fit::PreparedLog;
 use crate::identify::residual::harmonics::Spectrum;
 use crate::identify::residual::plot_data::ResidualPlotData;
@@ -236,7 +236,8 @@ fn channel(data: &PreparedLog, pair: &Pair, labels: &Labels, along: &[Coordinate
 fn parameters(e: &Explanation, page: &mut Page) {
     let axis = e.model.axis();
     let (Some(first), Some(last)) = (e.stages.first(), e.stages.last()) else { return };
-    let mut table = Table::new(["parameter", "model as given, fitted (± 1σ)", "with the missing effects (± 1σ)"]);
+    let head = |what: &str, stage: &Stage| format!("{what} (± {}1σ)", numbers::at_least(stage.leaves_noise_only()));
+    let mut table = Table::new(["parameter", &head("model as given, fitted", first), &head("with the missing effects", last)]);
     for p in &last.parameters {
         let before = first.parameters.iter().find(|q| q.name == p.name).map_or("–".to_owned(), |q| words::value(axis, q));
         table.row([Cell::code(&axis.parameter(&p.name)), Cell::number(before), Cell::number(words::value(axis, p))]);

@@ -34,6 +34,8 @@ struct ExplanationJson<'a> {
     unexplained: Vec<ShapeJson<'a>>,
     next_experiment: Option<NextJson>,
     parameters: Entries<EstimateJson>,
+    /// The last model leaves more than noise: `sigma` does not contain what it lacks.
+    sigma_is_lower_bound: bool,
     not_shown: Vec<String>,
     detection_limits: Vec<DetectionLimitJson>,
     remarks: Vec<String>,
@@ -157,6 +159,7 @@ pub fn explain_json(e: &Explanation) -> Value {
                 .collect(),
         }),
         parameters: estimates(axis, e.stages.last().map_or(&[], |s| &s.parameters)),
+        sigma_is_lower_bound: !e.stages.last().is_none_or(Stage::leaves_noise_only),
         not_shown: words::not_shown(e),
         detection_limits: e.detection_limits.iter().map(|l| detection_limit(axis, l)).collect(),
         remarks: sentences::remarks(e),

@@ -174,7 +174,11 @@ pub fn added_effect(e: &Explanation, k: usize) -> Vec<(String, String)> {
     let mut add = |term: &str, text: String| list.push((term.to_owned(), text));
     let card = card(name);
     let estimates = parameters(e, name);
-    let sigma = if estimates.iter().any(|p| p.sigma > 0.0) { " (± 1σ)" } else { "" };
+    let sigma = if estimates.iter().any(|p| p.sigma > 0.0) {
+        format!(" (± {}1σ)", numbers::at_least(e.stages.last().is_none_or(Stage::leaves_noise_only)))
+    } else {
+        String::new()
+    };
     let values: Vec<String> = estimates.into_iter().map(|p| estimate(e.model.axis(), p)).collect();
     let what = card.map_or("", |c| c.description.summary);
     add(name, if values.is_empty() { what.to_owned() } else { format!("{what} Fitted: {}{sigma}.", values.join(", ")) });

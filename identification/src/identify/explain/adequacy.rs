@@ -16,6 +16,7 @@ use super::likelihood::Whitener;
 use super::motion::turns;
 use super::reasons::Remark;
 use crate::identify::fit::PreparedLog;
+use crate::identify::fit::prepare::is_of_sensor;
 use crate::identify::residual;
 use crate::log::RateSource;
 use crate::model::{Channel, Input};
@@ -142,12 +143,13 @@ fn depends_on_input(model: &FittedModel, left: &Remainder, criteria: &AdequacyCr
     })
 }
 
-/// The residual of a rate sensor depends on the known motion.
+/// The residual of a sensor depends on the known motion.
 fn depends_on_known_motion(model: &FittedModel, left: &Remainder, criteria: &AdequacyCriteria) -> bool {
     let data = &model.data;
-    let Some(c) = data.channels.iter().position(|c| c.channel == Channel::Rate && data.driven == Input::Motion) else { return false };
+    let Some(motion) = &data.known_motion else { return false };
+    let Some(c) = data.channels.iter().position(|c| is_of_sensor(c.channel)) else { return false };
     let innovations = left.innovations(data, c);
-    let omega: Vec<f64> = data.channels[c].measured.iter().zip(&model.fit.channels[c].residual).map(|(y, r)| y - r).collect();
+    let omega: Vec<f64> = motion.iter().map(|m| m.omega_rad_s).collect();
     let alpha: Vec<f64> = (0..omega.len()).map(|k| omega[(k + 1).min(omega.len() - 1)] - omega[k.saturating_sub(1)]).collect();
     let harmonics = if turns(data) < criteria.min_turns { 0 } else { criteria.harmonics };
     let wave = |order: usize, by_rate: bool| -> [Vec<f64>; 2] {
@@ -157,7 +159,7 @@ fn depends_on_known_motion(model: &FittedModel, left: &Remainder, criteria: &Ade
         [sine(0.0), sine(std::f64::consts::FRAC_PI_2)]
     };
     let power = |exponent: i32| omega.iter().map(|w| w.powi(exponent)).collect::<Vec<f64>>();
-    let mut families = vec![[power(2), power(3)], [alpha, omega.iter().map(|w| w.abs()).collect()]];
+    let mut families = vec![[power(1), power(2)], [power(3), omega.iter().map(|w| w.abs()).collect()], [alpha, power(4)]];
     families.extend((1..=harmonics).flat_map(|order| [wave(order, false), wave(order, true)]));
     let tests = families.len() as f64;
     families.into_iter().any(|family| {

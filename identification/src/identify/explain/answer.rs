@@ -7,7 +7,7 @@ use super::criteria::Criteria;
 use super::detection::DetectionLimit;
 use super::experiment::NextExperiment;
 use super::reasons::{NotVisible, Refusal, Remark};
-use crate::identify::fit::{FitResult, Preparation, PreparedLog};
+use crate::identify::fit::{FitResult, MAX_CHI2_PER_N_OF_NOISE, Preparation, PreparedLog};
 use crate::identify::residual::Misfit;
 use crate::log::Log;
 use crate::model::{Channel, Model, SummingPoint};
@@ -90,6 +90,14 @@ pub struct Stage {
     pub outputs: Vec<ChannelError>,
     /// All free parameters.
     pub parameters: Vec<Estimate>,
+}
+
+impl Stage {
+    /// No channel has more than noise left. Otherwise the standard errors are those of noise of the size that is left, and what the model lacks may have
+    /// shifted the parameters by more.
+    pub fn leaves_noise_only(&self) -> bool {
+        self.outputs.iter().all(|o| o.ratio().powi(2) <= MAX_CHI2_PER_N_OF_NOISE)
+    }
 }
 
 /// An effect that the given model lacks, with the evidence for it.

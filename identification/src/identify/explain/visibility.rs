@@ -33,7 +33,7 @@ fn unmet(requirement: Requirement, card: &Card, base: &FittedModel) -> Option<No
         Requirement::ComparedCurrent => compared(Channel::Current) && input != Input::Current,
         Requirement::MeasuredTemperature => data.temp_C.is_some(),
         // A sensor against a known motion.
-        Requirement::SimulatedMotion if input == Input::Motion => card.domain == Domain::Measurement && compared(Channel::Rate),
+        Requirement::SimulatedMotion if input == Input::Motion => card.domain == Domain::Measurement && data.known_motion.is_some(),
         Requirement::SimulatedCurrent | Requirement::SimulatedMotion => input != Input::Motion,
         Requirement::TemperatureChange => {
             let (low, high) = data.temp_C.as_ref()?.iter().copied().min_max();

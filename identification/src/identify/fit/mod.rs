@@ -27,6 +27,7 @@ pub mod simulate;
 pub mod solve;
 pub mod starting_point;
 pub mod system;
+pub mod voltage;
 
 pub use channel_fit::ChannelFit;
 pub(crate) use channel_fit::differencing_rows;
@@ -107,7 +108,7 @@ pub struct FitResult {
 }
 
 /// χ²/n of the worst channel up to which a fit leaves only noise: rms 4 % above it, the error of the noise estimate.
-const MAX_CHI2_PER_N_OF_NOISE: f64 = 1.08;
+pub const MAX_CHI2_PER_N_OF_NOISE: f64 = 1.08;
 
 impl FitResult {
     /// χ²/n of the worst channel: 1 where only noise is left.

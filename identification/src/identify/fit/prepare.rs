@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::angle_jumps::angle_jumps;
 use super::known_motion::{self, KnownMotion, MeasuredAngle};
 use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, held_out_rows};
+use super::voltage;
 use drive_model::{Card, Requirement};
 
 use crate::identify::deadline::Deadline;
@@ -224,11 +225,11 @@ fn columns<'a>(log: &'a Log, model: &Model) -> Result<Columns<'a>, PrepareError>
         None => default_outputs(log, model),
     };
     if channels.is_empty() {
-        let wanted = model.input().outputs().iter().map(|c| axis.column(c.column())).collect::<Vec<_>>().join(", ");
+        let wanted = model.input().outputs().iter().map(|c| axis.column(c.compared_column(model.input()))).collect::<Vec<_>>().join(", ");
         return Err(PrepareError::NothingToCompare { log: name(), wanted, model: model.name().to_owned(), has: has() });
     }
     let measured = |channel: Channel| {
-        let column = channel.column();
+        let column = channel.compared_column(model.input());
         let missing = || PrepareError::NoOutput { log: name(), column: axis.column(column), model: model.name().to_owned(), has: has() };
         log.column(column).map(|measured| (channel, measured)).ok_or_else(missing)
     };
@@ -253,7 +254,8 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let compared: Vec<ComparedChannel> = columns
         .into_iter()
         .map(|(channel, measured)| {
-            let made = log.provenance(channel.column());
+            let column = channel.compared_column(model.input());
+            let made = log.provenance(column);
             // An unknown age is as a mean over the interval before t. A recorded one is exact.
             let age_is_known = channel == Channel::Rate && model.input() == Input::Motion && log.rate_age_s().is_some();
             let (mean_before_s, sample_interval_s) = match made.sample_interval_s {
@@ -267,7 +269,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
                 sample_interval_s,
                 filter_hz: made.filter_hz,
                 instant: made.instant && channel == Channel::Current,
-                quantum: log.quantization_step(channel.column()),
+                quantum: log.quantization_step(column),
                 outliers: None,
                 magnitude: made.magnitude && matches!(channel, Channel::Rate | Channel::Current),
             }
@@ -300,20 +302,20 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let jumps = theta.map_or_else(Vec::new, |theta| angle_jumps(theta, theta_quantum, &segments));
     let fitted_rows: Vec<usize> = jumps.into_iter().flat_map(|row| row..row + increment).collect();
     let t_s = log.own_times_s();
-    let compares_sensor = model.input() == Input::Motion && compared.iter().any(|c| c.channel == Channel::Rate);
+    let compares_sensor = model.input() == Input::Motion && compared.iter().any(|c| is_of_sensor(c.channel));
     let known_motion: Option<Arc<[KnownMotion]>> = compares_sensor.then(|| {
         let angle = MeasuredAngle { t_s: &t_s, theta_rad: input, quantum_rad: theta_quantum, age_s: log.rate_age_s() };
         known_motion::along(&angle, &segments).into()
     });
-    if let Some(motion) = &known_motion {
+    if let Some(motion) = known_motion.as_ref().filter(|_| compared.iter().any(|c| c.channel == Channel::Rate)) {
         let unresolved = segments.iter().flat_map(|rows| &motion[rows.clone()]).filter(|m| !m.is_resolved).count();
         notes.push(PreparationNote::MotionNotResolved { rows: unresolved, of: motion.len() });
     }
     let data = PreparedLog {
         t_s,
         known_motion,
-        input: prepared_log::input(input, input_at_t, &segments),
-        voltage_slope_V: prepared_log::voltage_slope_V(log, model.input(), input_at_t, &segments),
+        input: voltage::input(input, input_at_t, &segments),
+        voltage_course_V: voltage::voltage_course_V(log, model.input(), input_at_t, &segments),
         input_at_t,
         driven: model.input(),
         axis: model.axis(),
@@ -359,19 +361,27 @@ fn smoothed(readings: &[f64], segments: &[std::ops::Range<usize>], dt_s: f64) ->
     smooth
 }
 
+/// With a prescribed motion: the output of a sensor that is compared with it, not what the motion demands of the drive.
+pub fn is_of_sensor(channel: Channel) -> bool {
+    matches!(channel, Channel::Rate | Channel::Angle)
+}
+
 /// The outputs of the model that the log contains. For a prescribed motion the voltage needs a winding in the model, the current a motor constant.
 fn default_outputs(log: &Log, model: &Model) -> Vec<Channel> {
-    let there = |c: &Channel| log.column(c.column()).is_some();
+    let there = |c: &Channel| log.column(c.compared_column(model.input())).is_some();
     let all = model.input().outputs().iter().copied().filter(there);
     match model.input() {
         Input::Motion => {
             let demanded: Vec<Channel> = all
-                .filter(|c| *c != Channel::Rate)
+                .filter(|c| !is_of_sensor(*c))
                 .filter(|c| *c != Channel::Voltage || model.base_index(BaseParameter::Resistance).is_some())
                 .filter(|c| *c != Channel::Current || model.base_index(BaseParameter::MotorConstant).is_some())
                 .collect();
             // A rate beside what moves the drive is the derivative of the input; alone it is a sensor against a known motion.
-            if demanded.is_empty() && there(&Channel::Rate) { vec![Channel::Rate] } else { demanded }
+            match [Channel::Angle, Channel::Rate].into_iter().find(there) {
+                Some(sensor) if demanded.is_empty() => vec![sensor],
+                _ => demanded,
+            }
         }
         _ => all.collect(),
     }
@@ -383,7 +393,7 @@ fn connected(log: &Log, model: &Model, compared: &[ComparedChannel]) -> Result<O
     let uses_winding = match model.input() {
         Input::Voltage | Input::Setpoint => true,
         Input::Current | Input::Torque => false,
-        Input::Motion => compared.iter().any(|c| c.channel != Channel::Rate),
+        Input::Motion => compared.iter().any(|c| !is_of_sensor(c.channel)),
     };
     if !uses_winding {
         return Ok(None);

@@ -10,14 +10,13 @@ use drive_rig::RowInput;
 
 use super::known_motion::KnownMotion;
 use super::predictor::Predictor;
+use super::voltage;
 use crate::identify::deadline::Deadline;
 use crate::log::{Axis, Log};
 use crate::model::{Channel, Input};
 
 /// Interval over which the angle is compared by its increments, s. A simulated angle drifts without limit; its increments do not.
 pub const ANGLE_INCREMENT_S: f64 = 0.020;
-/// Column of the first moment of the voltage within a row.
-const VOLTAGE_SLOPE: &str = "u_slope_V";
 /// Length of a block, s; see [`HELD_OUT_PERIOD`].
 const HELD_OUT_BLOCK_S: f64 = 2.0;
 /// Blocks per period; one of them is held out.
@@ -58,11 +57,11 @@ pub struct PreparedLog<'a> {
     pub t_s: Cow<'a, [f64]>,
     /// Mean of the input over each row; the angle for a prescribed motion.
     pub input: Cow<'a, [f64]>,
-    /// First moment of the voltage within each row, V; `None`: zero.
-    pub voltage_slope_V: Option<Cow<'a, [f64]>>,
+    /// Course of the voltage within each row ([`RowInput::voltage_course_V`]); `None`: constant.
+    pub voltage_course_V: Option<Arc<[[f64; 3]]>>,
     /// The column of the input holds values at t; `input` is then the mean of two successive ones.
     pub input_at_t: bool,
-    /// The motion that a rate sensor is compared with, by row; only for a prescribed motion with a rate among the outputs.
+    /// The motion that a sensor is compared with, by row; only for a prescribed motion with a rate or an angle among the outputs.
     pub known_motion: Option<Arc<[KnownMotion]>>,
     /// Kind of the input.
     pub driven: Input,
@@ -140,7 +139,7 @@ impl PreparedLog<'_> {
             t_s: self.t_s[row],
             dt_s: if inside { self.t_s[next] - self.t_s[row] } else { self.dt_s },
             input: self.input[row],
-            voltage_slope_V: self.voltage_slope_V.as_ref().map_or(0.0, |slope| slope[row]),
+            voltage_course_V: self.voltage_course_V.as_ref().map_or([0.0; 3], |course| course[row]),
             connected: self.connected.as_ref().map_or(1.0, |c| c[row]),
             theta: self
                 .theta
@@ -231,56 +230,6 @@ pub fn held_out_rows(t_s: &[f64], segments: &[Range<usize>], fitted: &[usize]) -
     held_out.into()
 }
 
-/// Slope at a row of the monotone cubic through evenly spaced values, per row: the central difference, limited so that the cubic does not overshoot
-/// (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238).
-fn monotone_slope(u: &[f64], k: usize) -> f64 {
-    if k == 0 || k + 1 >= u.len() {
-        return 0.0;
-    }
-    let (before, after) = (u[k] - u[k - 1], u[k + 1] - u[k]);
-    if before * after <= 0.0 {
-        return 0.0;
-    }
-    let most = 3.0 * before.abs().min(after.abs());
-    (0.5 * (before + after)).clamp(-most, most)
-}
-
-/// The input over each row: the column itself, or the mean of the monotone cubic through its values where it holds values at t.
-pub fn input<'a>(column: &'a [f64], at_t: bool, segments: &[Range<usize>]) -> Cow<'a, [f64]> {
-    if !at_t {
-        return Cow::Borrowed(column);
-    }
-    let mut means = column.to_vec();
-    for rows in segments {
-        let u = &column[rows.clone()];
-        for k in 0..u.len().saturating_sub(1) {
-            means[rows.start + k] = 0.5 * (u[k] + u[k + 1]) + (monotone_slope(u, k) - monotone_slope(u, k + 1)) / 12.0;
-        }
-    }
-    Cow::Owned(means)
-}
-
-/// First moment of the voltage within each row, V: the column of the stand, or that of the monotone cubic through values at t. `None` where it is not known, or
-/// the input is no voltage.
-pub fn voltage_slope_V<'a>(log: &'a Log, driven: Input, at_t: bool, segments: &[Range<usize>]) -> Option<Cow<'a, [f64]>> {
-    if driven != Input::Voltage {
-        return None;
-    }
-    if !at_t {
-        return log.column(VOLTAGE_SLOPE).map(Cow::Borrowed);
-    }
-    let column = log.column(driven.column())?;
-    let mut slopes = vec![0.0; column.len()];
-    for rows in segments {
-        let u = &column[rows.clone()];
-        for k in 0..u.len().saturating_sub(1) {
-            // Three times the mean of u (2 x − 1) over the cubic with these values and slopes at its ends.
-            slopes[rows.start + k] = 0.6 * (u[k + 1] - u[k]) - 0.05 * (monotone_slope(u, k) + monotone_slope(u, k + 1));
-        }
-    }
-    Some(slopes.into())
-}
-
 /// A prepared log without the columns borrowed from the log. For a result that owns the log: a struct cannot hold references to its own field.
 #[derive(Debug, Clone)]
 pub struct Preparation(PreparedLog<'static>);
@@ -303,7 +252,7 @@ impl Preparation {
         Preparation(PreparedLog {
             t_s: Cow::Borrowed(&[]),
             input: Cow::Borrowed(&[]),
-            voltage_slope_V: None,
+            voltage_course_V: data.voltage_course_V.clone(),
             input_at_t: data.input_at_t,
             known_motion: data.known_motion.clone(),
             driven: data.driven,
@@ -329,13 +278,12 @@ impl Preparation {
 
     /// The prepared log, with its columns borrowed again from `log`, which must be the log that was prepared.
     pub fn with_columns<'a>(&self, log: &'a Log) -> PreparedLog<'a> {
-        let column = |channel: Channel| log.column(channel.column());
+        let column = |channel: Channel| log.column(channel.compared_column(self.0.driven));
         let channels = self.0.channels.iter();
         PreparedLog {
             t_s: log.own_times_s(),
-            input: input(log.column(self.0.driven.column()).unwrap_or(&[]), self.0.input_at_t, &self.0.segments),
-            voltage_slope_V: voltage_slope_V(log, self.0.driven, self.0.input_at_t, &self.0.segments),
-            theta: self.0.theta.and_then(|_| column(Channel::Angle)),
+            input: voltage::input(log.column(self.0.driven.column()).unwrap_or(&[]), self.0.input_at_t, &self.0.segments),
+            theta: self.0.theta.and_then(|_| log.column(Channel::Angle.column())),
             current: self.0.current.and_then(|_| column(Channel::Current)),
             channels: channels.map(|c| ComparedChannel { measured: column(c.channel).unwrap_or(&[]), ..c.clone() }).collect(),
             ..self.0.clone()

@@ -7,6 +7,7 @@ use super::initial_states::{InitialStateKind, state};
 use super::measurement::{MeasurementChain, Row};
 use super::parameters::DerivativeScalar;
 use super::predictor::Predictor;
+use super::prepare::is_of_sensor;
 use super::prepared_log::{ComparedChannel, PreparedLog};
 use crate::model::{Channel, Input};
 
@@ -150,13 +151,13 @@ const MOTION_HALF_WINDOW_S: f64 = 0.1;
 /// Rows on each side of it at least.
 const MIN_ROWS_BESIDE: usize = 2;
 
-/// Prescribed motion: rate and acceleration from a local polynomial, then the required torque, current or voltage, or the reading of a rate sensor.
+/// Prescribed motion: rate and acceleration from a local polynomial, then the required torque, current or voltage, or the reading of a sensor of rate or angle.
 fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize, visit: &mut impl FnMut(usize, usize, &S) -> bool) {
     let rows = data.segments[segment].clone();
     let quantum = data.channels.iter().find_map(|c| c.quantum.filter(|_| c.channel == Channel::Angle)).unwrap_or(0.0);
     // Below half a count per window the sign of the rate is not resolved.
     let resolved_rate = (0.5 * quantum / MOTION_HALF_WINDOW_S).max(1e-6);
-    let is_sensor = |c: &ComparedChannel| c.channel == Channel::Rate;
+    let is_sensor = |c: &ComparedChannel| is_of_sensor(c.channel);
     let mut chains: Vec<Option<MeasurementChain<S>>> = data
         .channels
         .iter()
@@ -178,12 +179,15 @@ fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize
                 (Channel::Current, Some(required), _) => required.current,
                 (Channel::Voltage, Some(required), _) => required.voltage,
                 (Channel::Torque, Some(required), _) => required.torque,
-                (Channel::Rate, _, Some(motion)) => {
-                    let (omega, theta) = (S::from(motion.omega_rad_s), S::from(motion.theta_rad));
+                (Channel::Rate | Channel::Angle, _, Some(motion)) => {
+                    // The angle itself is known to its noise; the cubic through it would round it where the acceleration jumps.
+                    let theta = if channel.channel == Channel::Angle { data.input[row] } else { motion.theta_rad };
+                    let (omega, theta) = (S::from(motion.omega_rad_s), S::from(theta));
                     let reading = rig.read((omega, theta, S::zero()), &span, S::zero());
                     let read = Row { input: &span, omega, theta, reading: &reading, current_slope_A_s: S::zero() };
                     match chains[c].as_mut().and_then(|chain| chain.push(&read)) {
                         // The chain has its time constants in evenly spaced rows; the age changes from row to row.
+                        Some(value) if channel.channel == Channel::Angle => value,
                         Some(value) if motion.is_resolved => value + motion.aged_rad_s,
                         _ => continue,
                     }

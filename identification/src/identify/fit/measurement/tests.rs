@@ -31,7 +31,7 @@ fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a>
         t_s: t_s.into(),
         axis: Default::default(),
         input: (&[]).into(),
-        voltage_slope_V: None,
+        voltage_course_V: None,
         input_at_t: false,
         driven: Input::Voltage,
         theta: None,
