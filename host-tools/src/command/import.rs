@@ -6,9 +6,8 @@ use clap::{Args, Subcommand};
 
 use super::error::CliError;
 use super::output::JsonOutput;
-use crate::log::Notes;
-use crate::log::import::{self, Statements, file_of};
-use crate::report::{inspection as report, log_warning};
+use crate::log::import::{self, Statements};
+use crate::report::inspection as report;
 
 /// What the user states about a log of another program; it is remembered in NAME.import.toml beside the log.
 #[derive(Debug, Clone, Default, Args)]
@@ -43,8 +42,8 @@ impl ImportOptions {
         };
         let notes = pairs("--note", &self.note, "\"u_V=at t\"")?;
         // A file may have notes for other programs. One that is typed here is meant for this one.
-        if let Some(warning) = Notes::from(notes.clone()).not_understood().first() {
-            return Err(CliError::Input(format!("--note: {}", log_warning(warning))));
+        if let Some(message) = report::note_not_understood(&notes) {
+            return Err(CliError::Input(format!("--note: {message}")));
         }
         Ok(Statements {
             columns: pairs("--map", &self.map, "speed_rpm=omega_rad_s")?,
@@ -110,12 +109,7 @@ impl Inspect {
             if let Some(open) = report::open_question(&inspection) {
                 return Err(CliError::in_file(&self.file, open));
             }
-            let path = inspection.mapping.write_beside(&self.file)?;
-            // The file is read once, so that what cannot be read is found now.
-            if let Err(error) = crate::log::Log::read(&self.file) {
-                let _ = std::fs::remove_file(file_of(&self.file));
-                return Err(error.into());
-            }
+            let path = inspection.accept()?;
             self.json.text(&format!("\nAccepted: written to {}.\n", path.display()))?;
         }
         self.json.json(|| report::json(&inspection))
