@@ -38,7 +38,7 @@ export async function buildIdentify() {
     }),
     element("div", { class: "two" },
       element("div", {}, element("section", { id: "staircase", "aria-label": text("staircase") }), element("section", { id: "model" })),
-      element("div", {}, element("section", { id: "effect" }), element("section", { id: "answer", "aria-live": "polite" }))));
+      element("div", {}, element("section", { id: "effect" }), element("section", { id: "answer" }, element("div", { id: "answer-text", "aria-live": "polite" }), element("div", { id: "answer-plots" })))));
   await loadSession();
 }
 
@@ -55,14 +55,17 @@ async function loadSession() {
   if (steps.length === 0) await restore(session.answers.map((/** @type {any} */ file) => file.name));
   await loadModel();
   showStaircase();
-  if (shown) showAnswer(shown);
+  if (shown) await showAnswer(shown);
 }
 
-/** The staircase of earlier comparisons: the answers are files of the session. @param {string[]} names */
+/** The staircase of earlier comparisons, and the last of them: the answers are files of the session. @param {string[]} names */
 async function restore(names) {
   const order = (/** @type {string} */ name) => Number(name.match(/-(\d+)\.json$/)?.[1] ?? 0);
   const own = names.filter((name) => /^(compare|fit)-\d+\.json$/.test(name)).sort((a, b) => order(a) - order(b));
-  for (const name of own.slice(-20)) addStep(name, await request(`answer?name=${name}`));
+  for (const name of own.slice(-20)) {
+    shown = await request(`answer?name=${name}`);
+    addStep(name, shown);
+  }
 }
 
 const worst = (/** @type {any} */ answer) => Math.max(...Object.values(answer.outputs).map((/** @type {any} */ output) => output.ratio ?? 0));
@@ -183,12 +186,12 @@ async function showAnswer(answer) {
     parts.push(element("h2", {}, `${text("verdict")}: ${answer.verdict}${answer.missing?.length ? ` (${answer.missing.join(", ")})` : ""}`),
       table(text("candidates"), [text("effect"), text("evidence"), text("parameters"), text("judgement"), ""], rows), element("pre", { class: "mono", tabindex: "0" }, answer.text ?? ""));
   }
-  const figures = element("div");
-  place.replaceChildren(...parts, figures);
+  byId("answer-text").replaceChildren(...parts);
+  byId("answer-plots").replaceChildren();
   if (!answer.series) return;
   const series = await readLog(answer.series);
   if (shown !== answer) return;
-  showResiduals(figures, answer, series);
+  showResiduals(byId("answer-plots"), answer, series);
   place.dataset.drawn = answer.series;
 }
 

@@ -124,7 +124,7 @@ const keyOf = ({ name, number: position }) => (name === "" || name.includes("=")
 function show() {
   const { name, columns } = inspection;
   const cell = (/** @type {any} */ column, /** @type {string} */ key, /** @type {string} */ value, /** @type {string} */ list, /** @type {Map<string, string>} */ map) => element("input", {
-    id: `import-${key}-${column.number}`, value, list, size: 14, autocomplete: "off", "aria-label": `${column.name}: ${text(key)}`,
+    id: `import-${key.replace("import_", "")}-${column.number}`, value, list, size: 14, autocomplete: "off", "aria-label": `${column.name}: ${text(key)}`,
     onchange: (/** @type {any} */ event) => state(map, keyOf(column), event.target.value.trim()),
   });
   const rows = columns.map((/** @type {any} */ column) => [
@@ -140,7 +140,7 @@ function show() {
     ...inspection.warnings.map((/** @type {string} */ warning) => element("p", { class: "warn" }, warning)),
     problem ? element("p", { id: "import-open-question", class: "warn", role: "status" }, `${text("import_question")}: ${problem}`) : null,
     inspection.is_own ? element("p", { class: "good" }, text("import_own")) : null,
-    table(text("import_table"), ["№", text("channel"), text("import_is"), text("unit"), text("range"), text("why")], rows), options("import-known", [{ name: "-", description: text("import_unused") }, ...inspection.known]), options("import-units", UNITS), ...own,
+    table(text("import_table"), ["№", text("import_column"), text("import_is"), text("unit"), text("range"), text("why")], rows), options("import-known", [{ name: "-", description: text("import_unused") }, ...inspection.known]), options("import-units", UNITS), ...own,
     element("p", { class: "faint" }, text("import_note_help")),
     element("div", { class: "row" }, element("label", {}, text("import_rate"), rate), element("label", {}, text("import_note"), note), element("button", { type: "button", id: "import-note-add", onclick: () => attempt(() => addNote(note.value)) }, text("add")),
       ...Object.entries(inspection.notes).map(([key, value]) => element("span", { class: "mono" }, `${key}=${value}`))),
@@ -163,7 +163,7 @@ function fill(place, ...children) {
 function summary() {
   const { rows, duration_s, interval_s, gaps, jitter, separator, decimal } = inspection;
   const parts = [`${number(rows, 9)} ${text("rows")}`];
-  if (interval_s) parts.push(`${number(duration_s, 5)} s`, `${number(1 / interval_s, 5)} ${text("hertz")}`, `${text("gaps")}: ${gaps}`, `${text("jitter")}: ${number(100 * jitter, 2)} %`);
+  if (interval_s) parts.push(`${number(duration_s, 5)} s`, `${number(1 / interval_s, 5)} ${text("hertz")}`, `${text("gaps")}: ${gaps}`, `${text("jitter")}: ${number(jitter < 1e-4 ? 0 : 100 * jitter, 2)} %`);
   if (separator) parts.push(`${text("separator")}: ${separator === "\t" ? "Tab" : `"${separator}"`}`, `${text("decimal_mark")}: "${decimal}"`);
   return parts.join("; ");
 }

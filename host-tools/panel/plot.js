@@ -44,7 +44,8 @@ export class Plot {
         draw: [(/** @type {any} */ u) => this.drawMarks(u)],
       },
     }, [[], ...series.map(() => [])], parent);
-    this.observer = new ResizeObserver(() => this.plot.setSize({ width: this.width(), height }));
+    // The observer also reports the first size, which needs no second drawing.
+    this.observer = new ResizeObserver(() => this.width() !== this.plot.width && this.plot.setSize({ width: this.width(), height }));
     this.observer.observe(parent);
   }
 
@@ -159,7 +160,7 @@ export class Plot {
 /** @param {string} kind @param {number} k */
 function look(kind, k) {
   const style = STYLES[k % STYLES.length];
-  if (kind === "profile") return k === 0 ? { ...style, width: 1, points: { show: true, size: 5, fill: style.stroke } } : { stroke: "rgba(0, 114, 178, 0.5)", width: 1, points: { show: false } };
+  if (kind === "profile") return k === 0 ? { ...style, width: 1, points: { show: true, size: 5, fill: style.stroke } } : { class: "bound", stroke: "rgba(0, 114, 178, 0.5)", width: 1, points: { show: false } };
   if (kind === "bars" && k === 0) return { ...style, fill: style.stroke, paths: uPlot.paths.bars?.({ size: [0.7, 40] }), points: { show: false } };
   if (kind === "bars") return { ...style, width: 1.5, points: { show: false } };
   return { ...style, width: 1.5, points: { show: (/** @type {any} */ u) => visiblePoints(u) < 150 } };

@@ -25,19 +25,35 @@ const COORDINATES = {
 /** @param {Profile} profile */
 const nameOf = ({ coordinate, name, unit }) => (/^m(\/s²?)?$/.test(unit) ? name : text(COORDINATES[/** @type {keyof typeof COORDINATES} */ (coordinate)] ?? name));
 
+/** Plots over coordinates are drawn when they come near the visible part of the page. @type {Map<Element, () => void>} */
+const waiting = new Map();
+const nearby = new IntersectionObserver((entries) => entries.forEach(({ target, isIntersecting }) => isIntersecting && waiting.get(target)?.()), { rootMargin: "400px" });
+
 /** Forgets the plots. */
 export function clearResiduals() {
+  nearby.disconnect();
+  waiting.clear();
   plots.forEach((plot) => plot.destroy());
   plots = [];
 }
 
-/** A plot with a caption in words and a table that is made when it is opened.
- * @param {HTMLElement} parent @param {string} label @param {(figure: HTMLElement) => Plot} draw @param {string} caption @param {() => HTMLElement} [rows] */
-function figure(parent, label, draw, caption, rows) {
+/** A plot with a caption in words and a table that is made when it is opened; `isLate`: drawn when it is needed.
+ * @param {HTMLElement} parent @param {string} label @param {(figure: HTMLElement) => Plot} draw @param {string} caption @param {() => HTMLElement} [rows] @param {boolean} [isLate] */
+function figure(parent, label, draw, caption, rows, isLate = false) {
   const made = element("figure", { class: "plot", "aria-label": caption === "" ? label : `${label}. ${caption}` });
   parent.append(made);
-  const plot = draw(made);
-  plots.push(plot);
+  const canvas = element("div", { class: isLate ? "late" : "" });
+  made.append(canvas);
+  const make = () => {
+    canvas.className = "";
+    waiting.delete(canvas);
+    nearby.unobserve(canvas);
+    plots.push(draw(canvas));
+  };
+  if (isLate) {
+    waiting.set(canvas, make);
+    nearby.observe(canvas);
+  } else make();
   if (caption !== "") made.append(element("figcaption", {}, caption), element("div", { class: "tip", "aria-hidden": "true" }, caption));
   if (rows) {
     const place = element("div");
@@ -50,6 +66,7 @@ function figure(parent, label, draw, caption, rows) {
 /** @param {HTMLElement} parent @param {any} answer @param {Record<string, Float64Array>} series */
 export function showResiduals(parent, answer, series) {
   clearResiduals();
+  parent.replaceChildren();
   const outputs = Object.keys(series).filter((column) => `${column}_model` in series);
   const residuals = outputs.map((name) => series[name].map((value, k) => value - series[`${name}_model`][k]));
   shown = {
@@ -126,7 +143,7 @@ function showProfile(parent, output, unit, profile) {
     plot.worst = worst == null ? null : bins[worst][0];
     plot.set([bins.map(([at]) => at), bins.map(([, mean]) => mean), bins.map(([, mean, c]) => mean - c), bins.map(([, mean, c]) => mean + c)]);
     return plot;
-  }, caption, rows);
+  }, caption, rows, true);
 }
 
 /** @param {HTMLElement} parent @param {string} output @param {Orders} orders */
@@ -142,5 +159,5 @@ function showOrders(parent, output, { percent, level_percent, strongest, signifi
     const top = 1.08 * Math.max(...percent);
     plot.set([percent.map((_, k) => k + 1), percent, level_percent.map((level) => Math.min(level, top))]);
     return plot;
-  }, caption, rows);
+  }, caption, rows, true);
 }

@@ -137,6 +137,7 @@ export const TEXT = {
   import_too_large: ["too large; at most", "завеликий; щонайбільше"],
   import_title: ["Columns and units", "Стовпці й одиниці"],
   import_table: ["What the columns are believed to be", "За що вважаються стовпці"],
+  import_column: ["column", "стовпець"],
   import_is: ["is", "є"],
   import_unused: ["not used", "не використовується"],
   import_question: ["Open", "Відкрите питання"],
@@ -177,7 +178,7 @@ export function text(key) {
 /** A number with `digits` significant digits, with the decimal sign of the language. @param {number|null|undefined} value @param {number} [digits] */
 export function number(value, digits = 5) {
   if (value == null || !Number.isFinite(value)) return "–";
-  const plain = value !== 0 && (Math.abs(value) < 1e-3 || Math.abs(value) >= 1e6) ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits)));
+  const plain = value !== 0 && (Math.abs(value) < 1e-3 || Math.abs(value) >= 1e6) ? Number(value.toPrecision(digits)).toExponential() : String(Number(value.toPrecision(digits)));
   return column === 1 ? plain.replace(".", ",") : plain;
 }
 

@@ -113,8 +113,11 @@ async function choose(page, log) {
   const path = `${folder}/files/Журнал.csv`;
   writeFileSync(path, log.text);
   await focus(page, "#import-open");
-  const [chooser] = await Promise.all([page.waitForFileChooser(), page.keyboard.press("Enter")]);
-  await chooser.accept([path]);
+  const waiting = page.waitForFileChooser();
+  // Until the browser reports choosers instead of opening them.
+  await pause(500);
+  await page.keyboard.press("Enter");
+  await (await waiting).accept([path]);
 }
 
 /** Corrects what is believed about the columns and accepts it; the name of the log. */
@@ -150,7 +153,7 @@ async function compare(page, session, language, name, log) {
   await press(page, "#compare");
   await page.waitForFunction(() => document.querySelector("#answer").dataset.drawn?.startsWith("compare"), { timeout: 120_000 });
   const captions = await page.$$eval("#answer figcaption", (all) => all.map((node) => node.textContent));
-  claim(captions.some((caption) => /rms .* s, |СКЗ/i.test(caption)) && captions.some((caption) => /± .*rad\/s/.test(caption)), `the worst places are named: ${captions.length} captions`);
+  claim(captions.some((caption) => / s, (rms|СКЗ) /.test(caption)) && captions.some((caption) => /± .*rad\/s/.test(caption)), `the worst places are named: ${captions.length} captions`);
   const profiles = await page.$$eval("#answer .pair", (all) => all.map((node) => node.querySelectorAll("figure").length));
   claim(profiles.length >= 2 && profiles.every((count) => count >= 4), `plots over coordinates and orders: ${profiles}`);
   await focus(page, "#answer details summary");
@@ -178,6 +181,7 @@ async function compare(page, session, language, name, log) {
   await page.$eval("#answer", (node) => node.scrollIntoView());
   await picture(page, `residuals-${language}`);
   await page.$eval("#answer .pair", (node) => node.scrollIntoView());
+  await page.waitForFunction(() => document.querySelectorAll("#answer .pair canvas").length >= 4);
   await picture(page, `profiles-${language}`);
   if (language === "en") await accessible(page, "residuals");
 }
@@ -244,7 +248,9 @@ async function drawingTime(page) {
     }));
   }
   times.sort((a, b) => a - b);
-  claim(times[2] <= MAX_DRAW_MS, `a log of ${ROWS / 1000} s with its residuals is drawn and reacts after ${times.map((t) => t.toFixed(0))} ms`);
+  // Those that are out of sight are drawn when they are scrolled to.
+  const plots = await page.$$eval("#answer canvas", (all) => all.length);
+  claim(plots >= 6 && times[2] <= MAX_DRAW_MS, `a log of ${ROWS / 1000} s with its residuals is drawn and reacts after ${times.map((t) => t.toFixed(0))} ms`);
 }
 
 const log = foreign();
