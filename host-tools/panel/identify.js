@@ -97,7 +97,7 @@ async function edit(change) {
 function showModel() {
   const entries = Object.entries(parameters.parameters);
   const fit = fits.get(model);
-  const rows = entries.map(([name, p]) => [name, element("input", { "data-parameter": name, value: number(p.value, 9), inputmode: "decimal", "aria-label": name, title: p.description ?? "" }), uncertainty(fit, name, p), p.unit ?? ""]);
+  const rows = entries.map(([name, p]) => [name, element("input", { "data-parameter": name, value: number(p.value, 6), inputmode: "decimal", "aria-label": name, title: p.description ?? "" }), uncertainty(fit, name, p), p.unit ?? ""]);
   const effects = parameters.effects.map((/** @type {string} */ effect) => element("li", { class: "row" },
     element("button", { type: "button", onclick: () => attempt(() => showEffect(effect)), "aria-label": `${text("page")}: ${effect}` }, effect), button("remove", () => edit({ remove: effect }), { "aria-label": `${text("remove")}: ${effect}` })));
   const name = element("input", { "aria-label": text("own_name"), placeholder: text("own_name"), size: 12 });

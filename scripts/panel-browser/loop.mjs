@@ -49,6 +49,11 @@ async function loop(browser, language) {
     await press(page, "#fit");
     await page.waitForFunction(() => document.querySelectorAll(".steps > div").length === 1, { timeout: 600_000 });
     await picture(page, `compare-${language}`);
+    const uncertain = await page.$$eval("#model tbody tr", (rows) => rows.map((row) => row.children[2].textContent));
+    claim(uncertain.length >= 5 && uncertain.every((cell) => /^± [\d.,e-]+$/.test(cell)) && /fit-1\.json/.test(await text(page, "#model")), `each parameter has the uncertainty of the last fit: ${uncertain}`);
+    await page.$eval("#answer .pair figure:last-child", (node) => node.scrollIntoView());
+    await page.waitForSelector("#answer .pair figure:last-child canvas");
+    await picture(page, `profiles-${language}`);
     await explain(page);
     await picture(page, `explain-${language}`);
     const best = await page.$eval("[data-add]", (node) => node.dataset.add);
