@@ -259,12 +259,19 @@ fn log_of_another_program_is_uploaded_mapped_by_consent_and_compared() {
     };
     assert_eq!(listed(), (vec![], vec!["model.toml".to_owned()]), "without consent it is no log");
     let believed = panel.post("inspect", &json!({"name": "fremd.txt"}));
-    let is = |answer: &Value| answer["columns"].as_array().unwrap().iter().map(|c| c["is"].as_str().unwrap_or("-").to_owned()).collect::<Vec<_>>();
+    let is = |answer: &Value| {
+        answer["columns"].as_array().unwrap().iter().map(|c| c["is"].as_str().unwrap_or("-").to_owned()).collect::<Vec<_>>()
+    };
     let names = is(&believed);
-    assert_eq!((&names[0], &names[1], &names[2], &names[4]), (&"t_s".into(), &"u_V".into(), &"i_A".into(), &"theta_rad".into()), "{believed}");
+    assert_eq!(
+        (&names[0], &names[1], &names[2], &names[4]),
+        (&"t_s".into(), &"u_V".into(), &"i_A".into(), &"theta_rad".into()),
+        "{believed}"
+    );
     assert_eq!((believed["rows"].as_u64(), believed["gaps"].as_u64(), believed["decimal"].as_str()), (Some(3000), Some(0), Some(",")));
     assert!(believed["columns"][0]["why"].as_str().is_some_and(|why| !why.is_empty()) && believed["known"].as_array().unwrap().len() > 10);
-    let rpm = |unit: &str| json!({"name": "fremd.txt", "columns": [["Kanal 4", "omega_rad_s"]], "units": [["Kanal 4", unit]], "accept": true});
+    let rpm =
+        |unit: &str| json!({"name": "fremd.txt", "columns": [["Kanal 4", "omega_rad_s"]], "units": [["Kanal 4", unit]], "accept": true});
     let (status, refused) = panel.request("POST", "inspect", &rpm("banana").to_string());
     assert!(status == 422 && refused["error"].as_str().unwrap().contains("banana"), "{refused}");
     let unread = json!({"name": "fremd.txt", "notes": [["u_V", "magnitud"]]}).to_string();
@@ -297,6 +304,28 @@ fn log_of_another_program_is_uploaded_mapped_by_consent_and_compared() {
     let other = json!({"name": "fremd.csv", "units": [["u_V", "mV"]], "accept": true}).to_string();
     assert_eq!(panel.request("POST", "inspect", &other).0, 409);
     assert_eq!(std::fs::read(session.join("fremd.import.toml")).unwrap(), before);
+}
+
+#[test]
+fn file_without_a_time_is_accepted_once_its_row_rate_is_stated() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let session = folder.path().join("panel");
+    let text: String = (0..500).map(|k| format!("{};{}\n", f64::from(k).sin(), 100.0 * f64::from(k).cos()).replace('.', ",")).collect();
+    assert_eq!(panel.request("POST", "upload?name=ohne.csv", &format!("Spannung [V];Drehzahl [rpm]\n{text}")).0, 200);
+    let open = panel.post("inspect", &json!({"name": "ohne.csv"}));
+    assert!(open["open"].as_str().unwrap().contains("--sample-rate"), "{open}");
+    let (status, refused) = panel.request("POST", "inspect", r#"{"name":"ohne.csv","accept":true}"#);
+    assert!(status == 422 && refused["error"].as_str().unwrap().contains("--sample-rate"), "{refused}");
+    let stated = json!({"name": "ohne.csv", "sample_rate_Hz": 500.0, "notes": [["u_V", "terminal"]], "accept": true});
+    panel.post("inspect", &stated);
+    let log = Log::read(session.join("ohne.csv")).unwrap();
+    assert_eq!((log.t_s()[1], log.note("u_V")), (0.002, Some("terminal")));
+    // A later statement changes what it states; the rest stays.
+    panel.post("inspect", &json!({"name": "ohne.csv", "units": [["Spannung [V]", "mV"]], "accept": true}));
+    let again = Log::read(session.join("ohne.csv")).unwrap();
+    assert_eq!((again.t_s()[1], again.note("u_V")), (0.002, Some("terminal")));
+    assert_eq!(again.column("u_V").unwrap()[1], 1e-3 * log.column("u_V").unwrap()[1]);
 }
 
 #[test]

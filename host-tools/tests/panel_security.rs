@@ -255,7 +255,20 @@ fn uploads_are_declared_and_bounded_and_replace_no_file() {
     // Names that lead elsewhere, that are no log, or that exist.
     std::os::unix::fs::symlink(folder.path().join("new.csv"), session.join("dangling.csv")).unwrap();
     std::fs::write(session.join("orphan.import.toml"), "").unwrap();
-    for name in ["..%2Fa.csv", "%2Ftmp%2Fa.csv", "dangling.csv", "a.toml", "a.import.toml", "a.html", "a", ".csv", "", "a%00.csv", "%3Cimg%3E.csv", "a%0A.csv"] {
+    for name in [
+        "..%2Fa.csv",
+        "%2Ftmp%2Fa.csv",
+        "dangling.csv",
+        "a.toml",
+        "a.import.toml",
+        "a.html",
+        "a",
+        ".csv",
+        "",
+        "a%00.csv",
+        "%3Cimg%3E.csv",
+        "a%0A.csv",
+    ] {
         let (status, answer) = panel.request("POST", &format!("upload?name={name}"), "t_s,u_V\n0,1\n");
         assert!((400..500).contains(&status) && answer["error"].as_str().unwrap().lines().count() == 1, "{name}: {status} {answer}");
     }

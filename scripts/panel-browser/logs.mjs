@@ -157,6 +157,7 @@ async function compare(page, session, language, name, log) {
   const profiles = await page.$$eval("#answer .pair", (all) => all.map((node) => node.querySelectorAll("figure").length));
   claim(profiles.length >= 2 && profiles.every((count) => count >= 4), `plots over coordinates and orders: ${profiles}`);
   await focus(page, "#answer details summary");
+  claim(await page.$eval("#answer figure:has(:focus) .tip", (tip) => getComputedStyle(tip).display === "block" && /: /.test(tip.textContent)), "the focus names the worst place over its plot");
   await page.keyboard.press("Enter");
   await page.waitForSelector("#answer details[open] tbody tr");
   claim((await page.$$eval("#answer details[open] tbody tr", (rows) => rows.length)) >= 14, "the table of a plot opens by keyboard");

@@ -56,7 +56,8 @@ async fn export(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
         }
         let Complete { columns, left_out, without } = complete(columns);
         let mut notes = if head.of == LIVE { live_notes(&panel) } else { Notes::default() };
-        let of = if head.of == LIVE { format!("stream of {}", panel.line.name()) } else { panel.session.existing(&head.of).map(|_| head.of)? };
+        let of =
+            if head.of == LIVE { format!("stream of {}", panel.line.name()) } else { panel.session.existing(&head.of).map(|_| head.of)? };
         notes.push(Note::Text("export_of", of));
         let log = Log::new("export", columns, notes)?;
         // Another export may take the name meanwhile.

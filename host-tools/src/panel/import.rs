@@ -191,7 +191,8 @@ mod tests {
             sample_rate_Hz: Some(500.0),
             notes: vec![pair("u_V", "at t")],
         };
-        let expected = r"stand log inspect a.csv --map 'it'\''s $(reboot) `x`=u_V' --unit t=ms --note 'u_V=at t' --sample-rate 500 --accept";
+        let expected =
+            r"stand log inspect a.csv --map 'it'\''s $(reboot) `x`=u_V' --unit t=ms --note 'u_V=at t' --sample-rate 500 --accept";
         assert_eq!(command("a.csv", &statements, true), expected);
         assert!(check(&Statements { units: vec![pair("t", "ms\nreboot")], ..Statements::default() }).is_err());
         assert!(check(&Statements { sample_rate_Hz: Some(-1.0), ..Statements::default() }).is_err());

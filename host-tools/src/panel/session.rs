@@ -141,9 +141,8 @@ impl Session {
         let endings: Vec<&str> = endings.iter().map(String::as_str).collect();
         let is_own = |name: &str| name.ends_with(".csv") || name.ends_with(".parquet");
         let is_imported = |name: &str| file_of(&self.folder.join(name)).is_file();
-        let is_series = |name: &str| {
-            name.strip_suffix("-series.parquet").is_some_and(|answer| self.folder.join(format!("{answer}.json")).is_file())
-        };
+        let is_series =
+            |name: &str| name.strip_suffix("-series.parquet").is_some_and(|answer| self.folder.join(format!("{answer}.json")).is_file());
         let mut files = self.files(&endings);
         files.retain(|file| (is_own(&file.name) || is_imported(&file.name)) && !is_series(&file.name));
         files

@@ -6,8 +6,8 @@ use serde_json::Value;
 use super::json::value;
 use super::log_warning::log_warning;
 use super::numbers::{grouped, plain};
-use crate::log::{Axis, Notes};
 use crate::log::import::{Belief, ColumnInspection, Evidence, Inspection, Question};
+use crate::log::{Axis, Notes};
 
 /// Jitter below which the times are even, part of the interval.
 const MIN_JITTER: f64 = 1e-4;
