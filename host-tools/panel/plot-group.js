@@ -69,7 +69,7 @@ export class PlotGroup {
     return element("div", { class: "plot-group", role: "group", "aria-label": text("cursors") },
       element("div", { class: "row" }, cursor("A"), cursor("B"), button("zoom_cursors", "zoom", () => this.zoomToCursors()), button("whole_range", "whole", () => this.whole()), button("clear_cursors", "clear", () => this.clear()),
         button("export_csv", "csv", () => this.export("csv")), button("export_parquet", "parquet", () => this.export("parquet")), button("export_png", "png", () => this.exportPng())),
-      element("p", { class: "faint hint" }, text("cursor_hint")),
+      element("details", { class: "hint" }, element("summary", {}, text("cursor_keys")), text("cursor_hint")),
       element("p", { id: `${id}-cursors`, class: "mono", role: "status" }),
       element("p", { id: `${id}-message`, role: "status" }),
       element("p", { id: `${id}-error`, class: "error", role: "alert", hidden: true }));

@@ -50,6 +50,7 @@ export const TEXT = {
   without_columns: ["left out, since values are missing", "пропущено, бо бракує значень"],
   cursors: ["Cursors", "Курсори"],
   no_cursors: ["No cursor is set.", "Курсорів не поставлено."],
+  cursor_keys: ["Mouse and keys", "Миша й клавіші"],
   cursor_hint: ["A click in a plot sets A, Shift and a click sets B, dragging zooms. With the focus in a plot: A or B chooses the cursor, arrow left or right moves it by one sample (with Shift by 1 % of the range), + and - zoom, 0 shows the whole. In the fields A and B: arrow up and down.", "Клацання на графіку ставить A, Shift і клацання ставить B, протягування збільшує. Коли графік у фокусі: A або B обирає курсор, стрілки вліво і вправо пересувають його на один відлік (із Shift на 1 % діапазону), + та - змінюють масштаб, 0 показує все. У полях A і B: стрілки вгору і вниз."],
   zoom_cursors: ["Zoom to A and B", "Збільшити від A до B"],
   whole_range: ["Whole range", "Весь діапазон"],

@@ -156,11 +156,11 @@ async function compare(page, session, language, name, log) {
   claim(captions.some((caption) => / s, (rms|СКЗ) /.test(caption)) && captions.some((caption) => /± .*rad\/s/.test(caption)), `the worst places are named: ${captions.length} captions`);
   const profiles = await page.$$eval("#answer .pair", (all) => all.map((node) => node.querySelectorAll("figure").length));
   claim(profiles.length >= 2 && profiles.every((count) => count >= 4), `plots over coordinates and orders: ${profiles}`);
-  await focus(page, "#answer details summary");
+  await focus(page, "#answer figure details summary");
   claim(await page.$eval("#answer figure:has(:focus) .tip", (tip) => getComputedStyle(tip).display === "block" && /: /.test(tip.textContent)), "the focus names the worst place over its plot");
   await page.keyboard.press("Enter");
-  await page.waitForSelector("#answer details[open] tbody tr");
-  claim((await page.$$eval("#answer details[open] tbody tr", (rows) => rows.length)) >= 14, "the table of a plot opens by keyboard");
+  await page.waitForSelector("#answer figure details[open] tbody tr");
+  claim((await page.$$eval("#answer figure details[open] tbody tr", (rows) => rows.length)) >= 14, "the table of a plot opens by keyboard");
   await focus(page, "#answer figure");
   await page.keyboard.press("a");
   await page.keyboard.press("b");

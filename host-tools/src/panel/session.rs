@@ -99,7 +99,7 @@ impl Session {
             && !name.starts_with('.')
             && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_'));
         if !is_plain {
-            return Err(SessionError::Name(name.chars().take(MAX_NAME).collect()));
+            return Err(SessionError::Name(name.chars().take(MAX_NAME).flat_map(char::escape_debug).collect()));
         }
         let path = self.folder.join(name);
         match path.symlink_metadata() {
