@@ -190,6 +190,7 @@ async function showAnswer(answer) {
   byId("answer-plots").replaceChildren();
   if (!answer.series) return;
   const series = await readLog(answer.series);
+  // Another answer was chosen meanwhile.
   if (shown !== answer) return;
   showResiduals(byId("answer-plots"), answer, series);
   place.dataset.drawn = answer.series;
