@@ -81,7 +81,7 @@ export class Plot {
     this.plot.redraw(false);
   }
 
-  /** Places beyond the ends of the axis included. @param {MouseEvent} event @returns {number} the time under the pointer */
+  /** The time under the pointer. @param {MouseEvent} event @returns {number} */
   timeAt(event) {
     return this.plot.posToVal(event.clientX - this.plot.over.getBoundingClientRect().left, "x");
   }
@@ -145,7 +145,7 @@ export class Plot {
     return top + line + canvas.height;
   }
 
-  /** Width and height of [`paint`], in pixels of the device. @returns {[number, number]} */
+  /** Width and height of what `paint` draws, in pixels of the device. @returns {[number, number]} */
   size() {
     const { canvas } = this.plot.ctx;
     return [canvas.width, canvas.height + 22 * devicePixelRatio];
