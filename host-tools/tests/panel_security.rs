@@ -55,6 +55,9 @@ fn foreign_hosts_and_origins_are_refused_for_every_method_and_no_byte_reaches_th
         ("GET /api/session", "", ""),
         ("POST /api/stop", "Content-Length: 2\r\n", "{}"),
         ("GET /socket", upgrade, ""),
+        ("POST /api/upload?name=foreign.csv", "Content-Length: 10\r\n", "t_s,x\n0,1\n"),
+        ("POST /api/inspect", "Content-Length: 2\r\n", "{}"),
+        ("POST /api/export", "Content-Length: 2\r\n", "{}"),
         ("GET /", "", ""),
         ("OPTIONS /api/stop", "", ""),
         ("PUT /api/stop", "Content-Length: 0\r\n", ""),
@@ -76,7 +79,8 @@ fn foreign_hosts_and_origins_are_refused_for_every_method_and_no_byte_reaches_th
             walked += 1;
         }
     }
-    assert!(walked > 150, "{walked}");
+    assert!(walked > 250, "{walked}");
+    assert!(!folder.path().join("panel/foreign.csv").exists(), "no file is written");
     // The same requests with the right headers are answered, so the refusals have the tested reason.
     assert_eq!(panel.raw(format!("GET /socket HTTP/1.1\r\n{host}{origin}{upgrade}\r\n").as_bytes()), 101);
     assert_eq!(panel.raw(format!("GET /api/session HTTP/1.1\r\n{host}{key}\r\n").as_bytes()), 200);
@@ -109,6 +113,10 @@ fn token_is_required_for_data_and_compared_as_a_whole() {
     let right = format!("Authorization: Bearer {}\r\n", panel.token);
     assert_eq!(panel.token.len(), 64, "256 bits");
     assert_eq!(status(&right), 200);
+    for path in ["upload?name=a.csv", "inspect", "export"] {
+        let lines = format!("Origin: http://127.0.0.1:{}\r\nContent-Length: 2\r\n\r\n{{}}", panel.port);
+        assert_eq!(panel.raw(format!("POST /api/{path} HTTP/1.1\r\n{host}{lines}").as_bytes()), 401, "{path}");
+    }
     let half = format!("Authorization: Bearer {}\r\n", &panel.token[..32]);
     for wrong in [
         "",
@@ -185,6 +193,14 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
         }
     }
     let bodies = [
+        ("inspect", r#"{"name":"../secret.csv"}"#),
+        ("inspect", r#"{"name":"link.csv","accept":true}"#),
+        ("inspect", r#"{"name":"absent.csv"}"#),
+        ("inspect", r#"{"name":"model.toml"}"#),
+        ("inspect", r#"{"name":"model.toml","units":[["t","ms\nreboot"]]}"#),
+        ("inspect", r#"{"name":"model.toml","file":"x"}"#),
+        ("export", "[[[["),
+        ("export", ""),
         ("command", r#"{"client":1,"line":"OUTPut ON\nOUTPut ON"}"#),
         ("command", r#"{"client":1,"line":"HOST:UNATTended 1000"}"#),
         ("command", r#"{"client":1,"line":"*IDN?;host:arm 0"}"#),
@@ -204,6 +220,70 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
     let deep = format!(r#"{{"name":"model.toml","add_expression":{{"name":"x","torque_N_m":"{}"}}}}"#, "(".repeat(900));
     assert_eq!(panel.request("POST", "model", &deep).0, 422);
     assert_eq!(panel.request("POST", "model", &" ".repeat((1 << 20) + 1)).0, 413);
+    assert_eq!(panel.request("GET", "session", "").0, 200, "alive");
+}
+
+/// Names of the session's folder, with the hidden ones.
+fn names(session: &std::path::Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(session).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn uploads_are_declared_and_bounded_and_replace_no_file() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let session = folder.path().join("panel");
+    let before = names(&session);
+    let host = panel.host();
+    let own = format!("Host: {host}\r\nOrigin: http://{host}\r\nAuthorization: Bearer {}\r\n", panel.token);
+    let head = |path: &str, more: &str| format!("POST /api/{path} HTTP/1.1\r\n{own}{more}\r\n\r\n");
+    assert_eq!(panel.raw(format!("{}1\r\nx\r\n0\r\n\r\n", head("upload?name=a.csv", "Transfer-Encoding: chunked")).as_bytes()), 411);
+    assert_eq!(panel.raw(head("upload?name=a.csv", &format!("Content-Length: {}", (512_u64 << 20) + 1)).as_bytes()), 413);
+    assert_eq!(panel.request_bytes("POST", "export", &vec![b' '; (64 << 20) + 1]).0, 413);
+    // One that breaks off leaves nothing.
+    let mut broken = TcpStream::connect(("127.0.0.1", panel.port)).unwrap();
+    broken.write_all(format!("{}t_s,u_V\n0,1\n", head("upload?name=a.csv", "Content-Length: 1000")).as_bytes()).unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    drop(broken);
+    let until = Instant::now() + Duration::from_secs(10);
+    while names(&session) != before && Instant::now() < until {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert_eq!(names(&session), before);
+    // Names that lead elsewhere, that are no log, or that exist.
+    std::os::unix::fs::symlink(folder.path().join("new.csv"), session.join("dangling.csv")).unwrap();
+    std::fs::write(session.join("orphan.import.toml"), "").unwrap();
+    for name in [
+        "..%2Fa.csv",
+        "%2Ftmp%2Fa.csv",
+        "dangling.csv",
+        "a.toml",
+        "a.import.toml",
+        "a.html",
+        "a",
+        ".csv",
+        "",
+        "a%00.csv",
+        "%3Cimg%3E.csv",
+        "a%0A.csv",
+    ] {
+        let (status, answer) = panel.request("POST", &format!("upload?name={name}"), "t_s,u_V\n0,1\n");
+        assert!((400..500).contains(&status) && answer["error"].as_str().unwrap().lines().count() == 1, "{name}: {status} {answer}");
+    }
+    for name in ["commands.txt", "orphan.csv"] {
+        assert_eq!(panel.request("POST", &format!("upload?name={name}"), "t_s,u_V\n0,1\n").0, 409, "{name}");
+    }
+    assert!(!folder.path().join("a.csv").exists() && !folder.path().join("new.csv").exists());
+    let text = "t_s,u_V\n0,1\n0.1,2\n";
+    assert_eq!(panel.request("POST", "upload?name=a.csv", text).0, 200);
+    assert_eq!(panel.request("POST", "upload?name=a.csv", "other").0, 409);
+    assert_eq!(std::fs::read_to_string(session.join("a.csv")).unwrap(), text);
+    // A file that is no log is data: what is wrong with it is one line.
+    assert_eq!(panel.request_bytes("POST", "upload?name=b.parquet", &[0xFF; 3_000_000]).0, 200);
+    let (status, answer) = panel.request("POST", "inspect", r#"{"name":"b.parquet"}"#);
+    assert!(status == 422 && answer["error"].as_str().unwrap().lines().count() == 1, "{status} {answer}");
     assert_eq!(panel.request("GET", "session", "").0, 200, "alive");
 }
 
