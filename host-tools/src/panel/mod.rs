@@ -9,11 +9,13 @@
 mod analysis;
 mod api;
 mod assets;
+mod compensation;
 mod connection;
 mod control;
 mod hub;
 mod jobs;
 mod line;
+mod measure;
 mod parts;
 mod recording;
 mod security;
