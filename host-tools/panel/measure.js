@@ -135,19 +135,17 @@ async function reply() {
   byId("job-remark").value = "";
 }
 
-/** The quantities of any of the three answers. @param {any} answer */
+/** The quantities of any of the three answers: a list, the coefficients of a deviation with reasons for those without a value, or the entries of a record. @param {any} answer */
 function quantitiesOf(answer) {
-  if (answer.quantities?.length > 0) return answer.quantities;
-  const entries = (/** @type {any} */ from) => Object.entries(from ?? {}).filter(([, q]) => q && typeof q === "object" && typeof q.value === "number" && typeof q.unit === "string").map(([name, q]) => ({ name, ...q }));
-  const coefficients = entries(answer.coefficients);
-  return coefficients.length > 0 ? coefficients : entries(answer);
+  const entries = (/** @type {any} */ from) => Object.entries(from).filter(([, q]) => q && typeof q === "object" && "value" in q && typeof q.unit === "string").map(([name, q]) => ({ name, ...q }));
+  return answer.coefficients ? entries(answer.coefficients) : (answer.quantities ?? entries(answer));
 }
 
 /** @param {string} name @param {any} answer */
 async function showAnswer(name, answer) {
   shown = { name, answer };
   const cell = (/** @type {number|null|undefined} */ value, /** @type {number} */ digits) => element("span", { class: "mono" }, number(value, digits));
-  const rows = quantitiesOf(answer).map((/** @type {any} */ q) => [q.name, cell(q.value, 6), cell(q.U, 2), cell(q.k, 3), q.unit === "1" ? "" : q.unit]);
+  const rows = quantitiesOf(answer).map((/** @type {any} */ q) => [q.name, q.value == null ? (q.says ?? "") : cell(q.value, 6), cell(q.U, 2), cell(q.k, 3), q.unit === "1" ? "" : q.unit]);
   const { plots } = await request(`pictures?name=${encodeURIComponent(name.replace(/\.json$/, ".html"))}`);
   // A picture is an image, in which no script runs.
   const picture = (/** @type {any} */ plot) => element("figure", {}, element("img", { alt: plot.name, src: URL.createObjectURL(new Blob([plot.svg], { type: "image/svg+xml" })) }));

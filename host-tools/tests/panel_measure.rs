@@ -8,6 +8,7 @@ mod panel;
 
 use std::time::{Duration, Instant};
 
+use common::served::Served;
 use common::{folder, stand};
 use panel::{Page, Panel, STOP, TAKE};
 use serde_json::{Value, json};
@@ -35,9 +36,12 @@ fn fitted(panel: &Panel, page: &mut Page) -> String {
     take(page);
     let request = json!({"client": page.client(), "profile": "multi-step", "mode": "rate", "amplitude": 15.0, "seconds": 10.0, "seed": 1, "find_index": true});
     let log = finish(page, &panel.post("record", &request))["answer"].as_str().unwrap().to_owned();
-    panel.post("model", &json!({"name": "model.toml", "add": "cogging"}));
     let explained = answer(panel, page, "explain", &json!({"log": log, "model": "model.toml"}));
-    assert!(explained["verdict"].is_string());
+    let candidate = explained["candidates"].as_array().unwrap().iter().find(|candidate| candidate["effect"] == "cogging").unwrap();
+    let values: serde_json::Map<String, Value> =
+        candidate["parameters"].as_object().unwrap().iter().map(|(name, p)| (name.clone(), p["value"].clone())).collect();
+    panel.post("model", &json!({"name": "model.toml", "add": "cogging"}));
+    panel.post("model", &json!({"name": "model.toml", "set": values}));
     answer(panel, page, "compare", &json!({"log": log, "model": "model.toml", "fit": true}));
     log
 }
@@ -156,7 +160,13 @@ fn simulated_drift_session_measures_the_drift_and_its_log_gives_it_again() {
     let again = stand(&session, &["drift", "compute", "drift-1.parquet", "--json", "-"]).succeeded().json();
     let computed = again["quantities"][0]["value"].as_f64().unwrap();
     assert!((computed - value).abs() < expanded, "{value} {computed}");
-    for (key, wrong) in [("cycles", json!(0)), ("pulse_s", json!(-1)), ("rates_deg_s", json!([])), ("positions_deg", json!([1e9])), ("place", json!("stand"))] {
+    for (key, wrong) in [
+        ("cycles", json!(0)),
+        ("pulse_s", json!(-1)),
+        ("rates_deg_s", json!([])),
+        ("positions_deg", json!([1e9])),
+        ("place", json!("stand")),
+    ] {
         let mut request = request.clone();
         request[key] = wrong;
         let (status, refused) = panel.request("POST", "drift", &request.to_string());
@@ -186,4 +196,30 @@ fn simulated_calibration_session_writes_the_record_of_the_command() {
     let commands = std::fs::read_to_string(session.join("commands.txt")).unwrap();
     assert!(commands.contains(r"--serial 'A'\''1'"), "{commands}");
     stand(&session, &["calibrate", "drive", "--out", "calibrate-1", "--resume", "--seed", "3"]).succeeded();
+}
+
+#[test]
+fn session_at_the_stand_waits_for_the_person_and_uses_the_gyroscope_of_the_stand() {
+    let folder = folder();
+    let served = Served::new(folder.path(), &["--gyro"]);
+    let panel = Panel::new(folder.path(), &["--port", &served.port]);
+    let mut page = panel.page();
+    take(&mut page);
+    let request = json!({"client": page.client(), "place": "stand", "cycles": 4, "pulse_s": 0.5, "rest_s": 0.2, "rates_deg_s": [0.05], "positions_deg": [0.0, 180.0], "latitude_deg": 50.0});
+    let started = panel.post("drift", &request);
+    let mut asked = 0;
+    while page.state["job"]["number"] != started["job"] || page.state["job"]["is_running"] == true {
+        let asks = page.state["job"]["asks"].as_str().unwrap_or_default().to_owned();
+        if !asks.is_empty() {
+            assert!(asks.starts_with("Turn the gyroscope to "), "{asks}");
+            asked += 1;
+            panel.post("reply", &json!({"text": "done"}));
+            page.until(|page| page.state["job"]["asks"] == "", true);
+        }
+        page.say(panel::BEAT);
+        page.read();
+    }
+    // A B B A A B B A: from 0° to 180° and back, twice.
+    assert_eq!((&page.state["job"]["error"], asked), (&"".into(), 4), "{}", page.state["job"]);
+    assert!(folder.path().join("panel/drift-1.parquet").is_file());
 }

@@ -8,6 +8,7 @@ mod panel;
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use common::folder;
@@ -131,17 +132,23 @@ fn every_route_of_the_source_needs_the_token() {
     let folder = folder();
     let panel = Panel::new(folder.path(), &[]);
     let host = format!("127.0.0.1:{}", panel.port);
-    let source = std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/panel/api.rs")).unwrap();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/panel");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| !path.ends_with("server.rs"));
+    let source: String = files.map(|path| std::fs::read_to_string(path).unwrap()).collect();
     let routes: Vec<(&str, bool)> = source
-        .lines()
-        .filter_map(|line| line.trim().strip_prefix(".route(\"/")?.split_once("\", "))
-        .flat_map(|(path, methods)| [("get(", false), ("post(", true)].into_iter().filter(|(name, _)| methods.contains(name)).map(move |(_, posts)| (path, posts)))
+        .split(".route(\"/")
+        .skip(1)
+        .filter_map(|rest| rest.lines().next()?.split_once("\", "))
+        .flat_map(|(path, methods)| {
+            [("get(", false), ("post(", true)].into_iter().filter(|(name, _)| methods.contains(name)).map(move |(_, posts)| (path, posts))
+        })
         .collect();
     assert!(routes.len() >= 20, "{routes:?}");
     for (path, posts) in routes {
         let request = |key: &str| {
             let (method, body) = if posts { ("POST", "{}") } else { ("GET", "") };
-            let head = format!("{method} /api/{path}?name=model.toml&kind=drive HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n{key}");
+            let head =
+                format!("{method} /api/{path}?name=model.toml&kind=drive HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n{key}");
             panel.raw(format!("{head}Content-Length: {}\r\n\r\n{body}", body.len()).as_bytes())
         };
         assert_eq!(request(""), 401, "{path}");
@@ -318,7 +325,20 @@ fn hundred_thousand_random_requests_are_answered_and_none_without_the_token_gets
     let origins = [format!("http://{own}"), format!("http://{own}"), "null".to_owned(), "http://evil.example".to_owned()];
     let keys = ["", "Authorization: Bearer 00\r\n", "Authorization: Basic x\r\n", "X-Key: 1\r\n"];
     let methods = ["GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS"];
-    let paths = ["session", "stop", "command", "record", "log?name=x", "answer?name=%00", "model", "effect?name=..%2f", "..", "%ff", "compensate", "drift"];
+    let paths = [
+        "session",
+        "stop",
+        "command",
+        "record",
+        "log?name=x",
+        "answer?name=%00",
+        "model",
+        "effect?name=..%2f",
+        "..",
+        "%ff",
+        "compensate",
+        "drift",
+    ];
     let bodies = ["", "{}", "[[[[", "{\"client\":1,\"line\":\"OUTPut ON\"}", "\u{0}\u{7f}"];
     let (mut answered, mut refused) = (0, 0);
     for _ in 0..500 {
@@ -347,5 +367,9 @@ fn hundred_thousand_random_requests_are_answered_and_none_without_the_token_gets
     assert_eq!((answered, refused), (100_000, 100_000));
     let mut page = panel.page();
     page.until(|page| page.state["drive"]["mode"] != "", false);
-    assert_eq!((&page.state["drive"]["fault"], &page.state["drive"]["is_on"]), (&"".into(), &false.into()), "the stand has noticed nothing");
+    assert_eq!(
+        (&page.state["drive"]["fault"], &page.state["drive"]["is_on"]),
+        (&"".into(), &false.into()),
+        "the stand has noticed nothing"
+    );
 }

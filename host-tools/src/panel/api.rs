@@ -5,29 +5,25 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::body::Bytes;
-use axum::extract::{DefaultBodyLimit, FromRequestParts, Query, State};
+use axum::extract::{DefaultBodyLimit, Query, State};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
-use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use drive_model::card;
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use stand_firmware::console::parse::Commands;
 use stand_firmware::profile::{PARAMETERS, ProfileKind};
 
 use super::analysis;
-use super::compensation::{self, CompensateRequest};
 use super::control::ClientId;
-use super::jobs::Job;
 use super::line::LineError;
-use super::measure::{self, AllanRequest, CalibrateRequest, DriftRequest};
+use super::measure_routes;
 use super::parts::Panel;
 use super::recording::{self, RecordRequest};
-use crate::acquire::calibration_session::DutKind;
+use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed};
 use crate::files;
 use crate::log::Log;
 use crate::model::{Model, SummingPoint};
@@ -37,39 +33,8 @@ use crate::report;
 const MAX_BODY: usize = 1 << 20;
 /// Longest expression of a user's effect, characters.
 const MAX_EXPRESSION: usize = 1000;
-/// Longest remark of a person to a step of a session, characters.
-const MAX_REPLY: usize = 200;
 /// Time for the reply of the stand.
 const REPLY_TIMEOUT: Duration = Duration::from_millis(1500);
-
-/// Why a request failed: one line for the person.
-struct ApiError(StatusCode, String);
-
-impl<E: std::fmt::Display> From<E> for ApiError {
-    fn from(error: E) -> Self {
-        ApiError(StatusCode::UNPROCESSABLE_ENTITY, error.to_string())
-    }
-}
-
-impl IntoResponse for ApiError {
-    fn into_response(self) -> Response {
-        (self.0, Json(json!({ "error": self.1 }))).into_response()
-    }
-}
-
-type Answer = Result<Json<Value>, ApiError>;
-type Shared = State<Arc<Panel>>;
-
-/// The token has been checked. As an argument of every handler it comes before the body is read.
-struct Admitted;
-
-impl FromRequestParts<Arc<Panel>> for Admitted {
-    type Rejection = StatusCode;
-
-    async fn from_request_parts(parts: &mut Parts, panel: &Arc<Panel>) -> Result<Self, StatusCode> {
-        panel.gate.check_token(&parts.headers).map(|()| Admitted)
-    }
-}
 
 /// The routes below `/api`.
 pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
@@ -79,14 +44,6 @@ pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
         .route("/command", post(command))
         .route("/record", post(record))
         .route("/cancel", post(cancel))
-        .route("/reply", post(reply))
-        .route("/compensate", post(compensate))
-        .route("/allan", post(allan))
-        .route("/drift", post(drift))
-        .route("/calibrate", post(calibrate))
-        .route("/steps", get(steps))
-        .route("/columns", get(columns))
-        .route("/pictures", get(pictures))
         .route("/compare", post(compare))
         .route("/explain", post(explain))
         .route("/answer", get(answer))
@@ -95,24 +52,10 @@ pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
         .route("/effects", get(effects))
         .route("/effect", get(effect))
         .route("/profiles", get(profiles))
+        .merge(measure_routes::routes())
         .fallback(|_: Admitted| async { StatusCode::NOT_FOUND })
         .layer(DefaultBodyLimit::max(MAX_BODY))
         .with_state(panel)
-}
-
-/// A body of JSON; its errors are one line.
-fn parsed<T: DeserializeOwned>(body: &Bytes) -> Result<T, ApiError> {
-    serde_json::from_slice(body).map_err(|error| ApiError(StatusCode::BAD_REQUEST, format!("request: {error}")))
-}
-
-/// Runs a computation off the async threads.
-async fn blocking<T: Send + 'static>(work: impl FnOnce() -> Result<T, ApiError> + Send + 'static) -> Result<T, ApiError> {
-    tokio::task::spawn_blocking(work).await?
-}
-
-#[derive(Deserialize)]
-struct Name {
-    name: String,
 }
 
 async fn session(_: Admitted, State(panel): Shared) -> Answer {
@@ -187,87 +130,6 @@ async fn record(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
 async fn cancel(_: Admitted, State(panel): Shared) -> Answer {
     panel.jobs.cancel();
     Ok(Json(json!({})))
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ReplyRequest {
-    text: String,
-}
-
-async fn reply(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
-    let request: ReplyRequest = parsed(&body)?;
-    panel.jobs.reply(request.text.chars().filter(|c| !c.is_control()).take(MAX_REPLY).collect());
-    Ok(Json(json!({})))
-}
-
-/// Notes the command of a job and starts it.
-fn start(
-    panel: &Arc<Panel>,
-    kind: &str,
-    command: &str,
-    uses_stand: bool,
-    work: impl FnOnce(&Arc<Panel>, &Job) -> Result<String, String> + Send + 'static,
-) -> Answer {
-    let shared = panel.clone();
-    let work = move |job: &Job| work(&shared, job);
-    let number = if uses_stand { panel.jobs.start_at_stand(kind, work)? } else { panel.jobs.start(kind, work)? };
-    panel.hub.note(command, &[], &[]);
-    panel.session.note_command(command);
-    Ok(Json(json!({"job": number})))
-}
-
-async fn compensate(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
-    let request: CompensateRequest = parsed(&body)?;
-    let command = request.command(&panel)?;
-    start(&panel, "compensate", &command, true, move |panel, job| compensation::run(panel, &request, job))
-}
-
-async fn allan(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
-    let prepared = parsed::<AllanRequest>(&body)?.prepare(&panel)?;
-    start(&panel, "allan", &prepared.command.clone(), false, move |panel, job| measure::allan(panel, prepared, job))
-}
-
-async fn drift(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
-    let prepared = parsed::<DriftRequest>(&body)?.prepare(&panel)?;
-    start(&panel, "drift", &prepared.command.clone(), prepared.uses_stand, move |panel, job| measure::drift(panel, &prepared, job))
-}
-
-async fn calibrate(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
-    let prepared = parsed::<CalibrateRequest>(&body)?.prepare(&panel)?;
-    start(&panel, "calibrate", &prepared.command.clone(), prepared.uses_stand, move |panel, job| measure::calibrate(panel, &prepared, job))
-}
-
-#[derive(Deserialize)]
-struct Kind {
-    kind: DutKind,
-}
-
-/// The steps of the default calibration session of a kind of device.
-async fn steps(_: Admitted, Query(Kind { kind }): Query<Kind>) -> Answer {
-    let steps: Vec<Value> = measure::steps(kind)?.into_iter().map(|(name, seconds)| json!({"name": name, "seconds": seconds})).collect();
-    Ok(Json(json!({"steps": steps})))
-}
-
-/// The names of the columns of a log.
-async fn columns(_: Admitted, State(panel): Shared, Query(Name { name }): Query<Name>) -> Answer {
-    blocking(move || {
-        let log = Log::read_all(panel.session.existing(&name)?)?;
-        let names: Vec<&str> = log.columns().iter().map(|column| column.name.as_str()).collect();
-        Ok(Json(json!({"columns": names})))
-    })
-    .await
-}
-
-/// The pictures of a report of the session, SVG.
-async fn pictures(_: Admitted, State(panel): Shared, Query(Name { name }): Query<Name>) -> Answer {
-    blocking(move || {
-        let page = std::fs::read_to_string(panel.session.existing(&name)?)?;
-        let plots: Vec<Value> =
-            report::plot_files::plots_of(&page).into_iter().map(|plot| json!({"name": plot.name, "svg": plot.svg})).collect();
-        Ok(Json(json!({"plots": plots})))
-    })
-    .await
 }
 
 #[derive(Deserialize)]

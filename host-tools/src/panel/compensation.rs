@@ -77,7 +77,8 @@ pub fn run(panel: &Arc<Panel>, request: &CompensateRequest, job: &Job) -> Result
         }
         // The connection of a stopped job sends nothing more, so the panel itself restores.
         let is_restored = (0..MAX_RESTORATIONS).any(|_| restore(panel, &before));
-        let outcome = if is_restored { "the previous compensation is in force" } else { "the compensation in force is unknown: COMPensation:LIST?" };
+        let outcome =
+            if is_restored { "the previous compensation is in force" } else { "the compensation in force is unknown: COMPensation:LIST?" };
         format!("stopped; {outcome}")
     })?;
     let source = if request.model.is_some() { "model" } else { "measured" };
@@ -110,7 +111,8 @@ fn compensate(panel: &Panel, stand: &mut PanelConnection, request: &CompensateRe
 
 /// Amplitude of each order before and after, rad/s.
 fn spectrum(trial: &Trial) -> Value {
-    let of = |spectrum: &crate::compensate::OrderSpectrum| -> Vec<f64> { (1..=PLOTTED_ORDERS).map(|order| spectrum.amplitude(order)).collect() };
+    let of =
+        |spectrum: &crate::compensate::OrderSpectrum| -> Vec<f64> { (1..=PLOTTED_ORDERS).map(|order| spectrum.amplitude(order)).collect() };
     json!({"orders": (1..=PLOTTED_ORDERS).collect::<Vec<_>>(), "before_rad_s": of(&trial.before), "after_rad_s": of(&trial.after)})
 }
 

@@ -122,7 +122,12 @@ impl Jobs {
         self.begin(kind, true, work)
     }
 
-    fn begin(&self, kind: &str, uses_stand: bool, work: impl FnOnce(&Job) -> Result<String, String> + Send + 'static) -> Result<u64, String> {
+    fn begin(
+        &self,
+        kind: &str,
+        uses_stand: bool,
+        work: impl FnOnce(&Job) -> Result<String, String> + Send + 'static,
+    ) -> Result<u64, String> {
         let number = {
             let mut state = locked(&self.state);
             if state.is_running {

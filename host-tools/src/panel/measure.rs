@@ -133,7 +133,8 @@ impl AllanRequest {
             command += &value.map_or(String::new(), |value| format!(" --{option} {value}"));
         }
         command += &format!(" --json {name}.json --html {name}.html");
-        let work = AllanDeviation { log, column: self.column, from_s: self.from_s, to_s: self.to_s, taus: Taus::Octave, interpretation: None };
+        let work =
+            AllanDeviation { log, column: self.column, from_s: self.from_s, to_s: self.to_s, taus: Taus::Octave, interpretation: None };
         Ok(Prepared { command, uses_stand: false, name, work })
     }
 }
@@ -229,7 +230,11 @@ impl DriftRequest {
                 cycles: self.cycles,
             },
             rates_rad_s: self.rates_deg_s.iter().map(|rate| rate.to_radians()).collect(),
-            positions: self.positions_deg.iter().map(|deg| Orientation { turned_rad: deg.to_radians(), ..Orientation::default() }).collect(),
+            positions: self
+                .positions_deg
+                .iter()
+                .map(|deg| Orientation { turned_rad: deg.to_radians(), ..Orientation::default() })
+                .collect(),
             order: VisitOrder::Abba,
             rounds: 2,
             turn_by_drive: false,
@@ -271,12 +276,14 @@ pub fn drift(panel: &Panel, prepared: &Prepared<PreparedDrift>, job: &Job) -> Re
     let recording = recording.map_err(words)?;
     job.stage("computing the drift", None);
     let path = panel.session.new_file(&format!("{}.parquet", prepared.name)).map_err(words)?;
-    recording.log(&path, &request.plan, latitude_deg).map_err(words)?.write(&path).map_err(words)?;
+    // The rows are kept also where no drift can be computed from them; that reason is the first to be shown.
+    let kept = recording.log(&path, &request.plan, latitude_deg).and_then(|log| log.write(&path));
     let evaluate = move || {
         let measurement = Measurement::of_recording(source, &recording, latitude_deg, SetupUncertainties::default())?;
         measurement.evaluate()
     };
     let result = cancellable(job, evaluate)?.map_err(words)?;
+    kept.map_err(words)?;
     let mut json = drift_report::json(&result, Units::default());
     json["text"] = drift_report::text(&result, Units::default()).into();
     write_answer(panel, &prepared.name, &json, &drift_report::html(&result, Units::default()))
