@@ -120,7 +120,7 @@ export const TEXT = {
   still_start: ["Record a log at rest", "Записати журнал у спокої"],
   drift: ["Drift session", "Сеанс дрейфу"],
   place: ["Stand", "Стенд"],
-  place_simulated: ["simulated, virtual time", "симульований, віртуальний час"],
+  place_simulated: ["simulated, virtual time", "симуляція, вірт. час"],
   place_stand: ["the stand of this page", "стенд цієї сторінки"],
   cycles: ["Cycles", "Цикли"],
   pulse_s: ["Pulse, s", "Імпульс, с"],
