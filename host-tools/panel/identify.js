@@ -16,6 +16,8 @@ const fits = new Map();
 /** @type {any} the answer that is shown */
 let shown = null;
 let handled = 0;
+/** Jobs whose progress and answer belong to this view. */
+const JOBS = ["compare", "fit", "explain"];
 
 const attempt = attemptIn("identify-error");
 
@@ -222,20 +224,20 @@ function showStaircase() {
 async function follow(now) {
   const { job } = now;
   if (!byId("job-identify")) return;
-  const running = job.is_running && job.kind !== "record";
+  const running = job.is_running && JOBS.includes(job.kind);
   byId("job-identify").hidden = !running;
   for (const id of ["compare", "fit", "explain"]) byId(id).disabled = job.is_running;
   if (job.is_running || job.number === handled || job.number === 0) return;
   handled = job.number;
   await attempt(async () => {
     if (job.answer && job.kind === "record") log = job.answer;
-    if (job.answer && job.kind !== "record") {
+    if (job.answer && JOBS.includes(job.kind)) {
       const answer = await request(`answer?name=${job.answer}`);
       addStep(job.answer, answer);
       shown = answer;
     }
     await loadSession();
-    if (job.error) throw new Error(`${job.kind}: ${job.error}`);
+    if (job.error && (JOBS.includes(job.kind) || job.kind === "record")) throw new Error(`${job.kind}: ${job.error}`);
   });
 }
 

@@ -6,8 +6,9 @@ mod common;
 #[path = "common/panel.rs"]
 mod panel;
 
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use common::folder;
@@ -135,6 +136,35 @@ fn token_is_required_for_data_and_compared_as_a_whole() {
 }
 
 #[test]
+fn every_route_of_the_source_needs_the_token() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let host = format!("127.0.0.1:{}", panel.port);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/panel");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| !path.ends_with("server.rs"));
+    let source: String = files.map(|path| std::fs::read_to_string(path).unwrap()).collect();
+    let routes: Vec<(&str, bool)> = source
+        .split(".route(\"/")
+        .skip(1)
+        .filter_map(|rest| rest.lines().next()?.split_once("\", "))
+        .flat_map(|(path, methods)| {
+            [("get(", false), ("post(", true)].into_iter().filter(|(name, _)| methods.contains(name)).map(move |(_, posts)| (path, posts))
+        })
+        .collect();
+    assert!(routes.len() >= 20, "{routes:?}");
+    for (path, posts) in routes {
+        let request = |key: &str| {
+            let (method, body) = if posts { ("POST", "{}") } else { ("GET", "") };
+            let head =
+                format!("{method} /api/{path}?name=model.toml&kind=drive HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n{key}");
+            panel.raw(format!("{head}Content-Length: {}\r\n\r\n{body}", body.len()).as_bytes())
+        };
+        assert_eq!(request(""), 401, "{path}");
+        assert_ne!(request(&format!("Authorization: Bearer {}\r\n", panel.token)), 401, "{path}");
+    }
+}
+
+#[test]
 fn socket_without_a_token_is_closed_after_two_seconds_and_reads_nothing() {
     let folder = folder();
     let panel = Panel::new(folder.path(), &[]);
@@ -186,7 +216,7 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
         ".",
         "",
     ] {
-        for path in ["log", "answer", "model", "effect"] {
+        for path in ["log", "answer", "model", "effect", "columns", "pictures", "steps"] {
             let (status, answer) = panel.request("GET", &format!("{path}?name={name}"), "");
             assert!((400..500).contains(&status), "{path} {name}: {status}");
             assert!(answer["error"].as_str().is_none_or(|error| error.lines().count() == 1), "{answer}");
@@ -209,6 +239,15 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
         ("record", r#"{"client":1,"profile":"x","mode":"rate","seconds":1}"#),
         ("record", r#"{"client":1,"profile":"multi-step","mode":"rate","seconds":1e300}"#),
         ("record", r#"{"client":1,"profile":"multi-step","mode":"rate","seconds":5}"#),
+        ("record", r#"{"client":1,"profile":"constant","mode":"voltage","amplitude":0,"seconds":5,"unattended":true}"#),
+        ("compensate", r#"{"client":1,"model":"model.toml","log":null}"#),
+        ("compensate", r#"{"client":1,"model":"../model.toml","log":null}"#),
+        ("allan", r#"{"log":"../secret.csv","column":"u_V"}"#),
+        ("allan", r#"{"log":"link.csv","column":"u_V"}"#),
+        ("drift", r#"{"client":1,"place":"moon"}"#),
+        ("calibrate", r#"{"client":1,"place":"simulated","kind":"drive","serial":"a\nb"}"#),
+        ("calibrate", r#"{"client":1,"place":"stand","kind":"drive"}"#),
+        ("reply", r#"{"text":1}"#),
         ("model", r#"{"name":"model.toml","add":"no-effect"}"#),
         ("model", r#"{"name":"../../x.toml","add":"coulomb"}"#),
         ("model", r#"{"name":"model.toml","add_expression":{"name":"x","torque_N_m":"import os"}}"#),
@@ -331,4 +370,86 @@ fn slow_and_random_clients_leave_the_server_alive() {
     }
     assert!(begun.elapsed() < Duration::from_secs(9), "slow heads are closed after five seconds: {:?}", begun.elapsed());
     assert_eq!(panel.request("GET", "session", "").0, 200);
+}
+
+/// Reads the status and the length of the body of each response until the connection ends.
+fn statuses(stream: TcpStream) -> Vec<u16> {
+    let mut reader = BufReader::new(stream);
+    let mut all = Vec::new();
+    loop {
+        let (mut length, mut status, mut line) = (0, 0, String::new());
+        while reader.read_line(&mut line).is_ok_and(|count| count > 2) {
+            let text = line.to_lowercase();
+            if let Some(rest) = text.strip_prefix("http/1.1 ") {
+                status = rest[..3].parse().unwrap();
+            }
+            if let Some(rest) = text.strip_prefix("content-length: ") {
+                length = rest.trim().parse().unwrap();
+            }
+            line.clear();
+        }
+        if status == 0 || reader.read_exact(&mut vec![0; length]).is_err() {
+            return all;
+        }
+        all.push(status);
+    }
+}
+
+#[test]
+fn hundred_thousand_random_requests_are_answered_and_none_without_the_token_gets_data() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(2126);
+    let own = format!("127.0.0.1:{}", panel.port);
+    let hosts = [own.clone(), own.clone(), own.clone(), format!("evil.example:{}", panel.port)];
+    let origins = [format!("http://{own}"), format!("http://{own}"), "null".to_owned(), "http://evil.example".to_owned()];
+    let keys = ["", "Authorization: Bearer 00\r\n", "Authorization: Basic x\r\n", "X-Key: 1\r\n"];
+    let methods = ["GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS"];
+    let paths = [
+        "session",
+        "stop",
+        "command",
+        "record",
+        "log?name=x",
+        "answer?name=%00",
+        "model",
+        "effect?name=..%2f",
+        "..",
+        "%ff",
+        "compensate",
+        "drift",
+    ];
+    let bodies = ["", "{}", "[[[[", "{\"client\":1,\"line\":\"OUTPut ON\"}", "\u{0}\u{7f}"];
+    let (mut answered, mut refused) = (0, 0);
+    for _ in 0..500 {
+        let mut stream = TcpStream::connect(("127.0.0.1", panel.port)).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        let reading = std::thread::spawn({
+            let stream = stream.try_clone().unwrap();
+            move || statuses(stream)
+        });
+        for k in 0..200 {
+            let mut one = |of: usize| (random.next_u64() % of as u64) as usize;
+            let body = bodies[one(bodies.len())];
+            let (method, path, host, origin, key) =
+                (methods[one(6)], paths[one(paths.len())], &hosts[one(4)], &origins[one(4)], keys[one(4)]);
+            let last = if k == 199 { "Connection: close\r\n" } else { "" };
+            let request = format!(
+                "{method} /api/{path} HTTP/1.1\r\nHost: {host}\r\nOrigin: {origin}\r\n{key}{last}Content-Length: {}\r\n\r\n{body}",
+                body.len()
+            );
+            stream.write_all(request.as_bytes()).unwrap();
+        }
+        let statuses = reading.join().unwrap();
+        answered += statuses.len();
+        refused += statuses.iter().filter(|status| (400..500).contains(*status)).count();
+    }
+    assert_eq!((answered, refused), (100_000, 100_000));
+    let mut page = panel.page();
+    page.until(|page| page.state["drive"]["mode"] != "", false);
+    assert_eq!(
+        (&page.state["drive"]["fault"], &page.state["drive"]["is_on"]),
+        (&"".into(), &false.into()),
+        "the stand has noticed nothing"
+    );
 }

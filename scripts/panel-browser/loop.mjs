@@ -13,6 +13,19 @@ async function explain(page) {
   await idle(page);
 }
 const idle = (page) => page.waitForFunction(() => document.querySelector("#job-identify").hidden && !document.querySelector("#compare").disabled, { timeout: 600_000 });
+
+/** Each of the other measurements, with its result on the page. */
+async function measurements(page) {
+  for (const kind of ["allan", "drift", "calibrate"]) {
+    await press(page, `#${kind}-start`);
+    await page.waitForFunction((k) => (document.querySelector("#measure-answer").dataset.answer ?? "").startsWith(`${k}-`) || !document.querySelector("#measure-error").hidden, { timeout: 300_000 }, kind);
+    const { rows, pictures, error } = await page.evaluate(() => ({ rows: document.querySelectorAll("#measure-answer tbody tr").length, pictures: [...document.querySelectorAll("#measure-answer img")].filter((image) => image.complete && image.naturalWidth > 0).length, error: document.querySelector("#measure-error").textContent }));
+    claim(rows > 0 && pictures > 0, `${kind}: ${rows} quantities with U, ${pictures} pictures ${error}`);
+    await picture(page, `measure-${kind}`);
+    await accessible(page, `measure, ${kind}`);
+  }
+}
+
 async function loop(browser, language) {
   const { child, address } = await panel(`session-${language}`);
   const page = await browser.newPage();
@@ -73,6 +86,18 @@ async function loop(browser, language) {
     await picture(page, `staircase-${language}`);
     if (language === "en") await accessible(page, "identify");
     await tab(page, "identify", 1);
+    if (await page.$("#compensate-take:not([disabled])")) await press(page, "#compensate-take");
+    await press(page, "#compensate-start");
+    await page.waitForSelector("#job-compensate:not([hidden])");
+    await page.waitForSelector("#ripple-fall", { timeout: 120_000 });
+    const factor = await page.$eval("#ripple-fall", (node) => Number(node.dataset.factor));
+    claim(factor > 3, `the compensation on the stand divides the ripple by ${factor.toFixed(1)}`);
+    await picture(page, `compensate-${language}`);
+    if (language === "en") await accessible(page, "compensate");
+    await tab(page, "compensate", 1);
+    if (language === "en") await measurements(page);
+    await picture(page, `measure-${language}`);
+    await tab(page, "measure", 1);
     await type(page, "#console-line", "*IDN?");
     await page.keyboard.press("Enter");
     await page.waitForFunction(() => /Rotary Stand,/.test(document.querySelector("#log").textContent));

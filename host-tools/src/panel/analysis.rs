@@ -37,7 +37,8 @@ fn read(panel: &Panel, log: &str, model: &str) -> Result<(Log, Model), String> {
     Ok((log, model))
 }
 
-fn write_json(path: &Path, answer: &Value) -> Result<(), String> {
+/// Writes an answer.
+pub fn write_json(path: &Path, answer: &Value) -> Result<(), String> {
     let text = serde_json::to_string_pretty(answer).map_err(words)?;
     files::replace_text(path, &format!("{text}\n")).map_err(|error| format!("{}: {error}", path.display()))
 }

@@ -20,6 +20,7 @@ use stand_firmware::profile::{PARAMETERS, ProfileKind};
 use super::analysis;
 use super::control::ClientId;
 use super::line::LineError;
+use super::measure_routes;
 use super::parts::Panel;
 use super::recording::{self, RecordRequest};
 use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed};
@@ -55,6 +56,7 @@ pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
         .route("/profiles", get(profiles))
         .merge(import::routes())
         .merge(export::routes())
+        .merge(measure_routes::routes())
         .fallback(|_: Admitted| async { StatusCode::NOT_FOUND })
         .layer(DefaultBodyLimit::max(MAX_BODY))
         .with_state(panel)
@@ -126,7 +128,7 @@ async fn record(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     panel.hub.note(&prepared.command, &[], &[]);
     panel.session.note_command(&prepared.command);
     let shared = panel.clone();
-    let number = panel.jobs.start("record", move |job| recording::run(&shared, &prepared, job))?;
+    let number = panel.jobs.start_at_stand("record", move |job| recording::run(&shared, &prepared, job))?;
     Ok(Json(json!({"job": number})))
 }
 

@@ -9,6 +9,7 @@
 mod analysis;
 mod api;
 mod assets;
+mod compensation;
 mod connection;
 mod control;
 mod export;
@@ -16,6 +17,8 @@ mod hub;
 mod import;
 mod jobs;
 mod line;
+mod measure;
+mod measure_routes;
 mod parts;
 mod recording;
 mod request;

@@ -119,6 +119,14 @@ impl Session {
             .unwrap_or_else(|| format!("{stem}.{ending}"))
     }
 
+    /// A name `STEM-N` that no folder has, nor a file with an ending.
+    pub fn free_folder(&self, stem: &str) -> String {
+        let is_free = |name: &String| {
+            ["", ".json", ".html", ".parquet"].iter().all(|ending| self.folder.join(format!("{name}{ending}")).symlink_metadata().is_err())
+        };
+        (1_u32..).map(|k| format!("{stem}-{k}")).find(is_free).unwrap_or_else(|| stem.to_owned())
+    }
+
     /// Files whose names end with one of these endings, by name.
     pub fn files(&self, endings: &[&str]) -> Vec<SessionFile> {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
