@@ -76,10 +76,11 @@ requestAnimationFrame(beat);
 document.addEventListener("visibilitychange", () => document.hidden && leaveControl());
 addEventListener("pagehide", leaveControl);
 
-/** A request; the error of the program as an exception. @param {string} path @param {any} [body] */
+/** A request; the error of the program as an exception. @param {string} path @param {any} [body] JSON, or bytes as a Blob */
 export async function request(path, body) {
-  const headers = { Authorization: `Bearer ${token}`, "Content-Type": "application/json" };
-  const options = body === undefined ? { headers } : { method: "POST", headers, body: JSON.stringify(body) };
+  const isBytes = body instanceof Blob;
+  const headers = { Authorization: `Bearer ${token}`, "Content-Type": isBytes ? "application/octet-stream" : "application/json" };
+  const options = body === undefined ? { headers } : { method: "POST", headers, body: isBytes ? body : JSON.stringify(body) };
   let response;
   try {
     response = await fetch(`/api/${path}`, options);
@@ -88,7 +89,7 @@ export async function request(path, body) {
   }
   if (response.headers.get("Content-Type") === "application/octet-stream") return response.arrayBuffer();
   const answer = await response.json().catch(() => ({ error: `HTTP ${response.status}` }));
-  if (!response.ok) throw new Error(answer.error ?? `HTTP ${response.status}`);
+  if (!response.ok) throw Object.assign(new Error(answer.error ?? `HTTP ${response.status}`), { status: response.status });
   return answer;
 }
 
@@ -99,4 +100,14 @@ export async function readLog(name) {
   const head = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, length)));
   const begin = 4 + length;
   return Object.fromEntries(head.columns.map((/** @type {string} */ column, /** @type {number} */ k) => [column, new Float64Array(bytes, begin + 8 * k * head.rows, head.rows)]));
+}
+
+/** Columns into a new file of the session, in the layout that `readLog` reads. @param {{format: string, of: string, columns: string[], rows: number}} head @param {Float64Array[]} columns */
+export function exportColumns(head, columns) {
+  const bytes = new TextEncoder().encode(JSON.stringify(head));
+  const length = Math.ceil((bytes.length + 4) / 8) * 8 - 4;
+  const first = new Uint8Array(4 + length).fill(" ".charCodeAt(0));
+  new DataView(first.buffer).setUint32(0, length, true);
+  first.set(bytes, 4);
+  return request("export", new Blob([first, .../** @type {any[]} */ (columns)]));
 }

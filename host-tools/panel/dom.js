@@ -35,6 +35,13 @@ export const attemptIn = (id) => async (/** @type {() => Promise<any>} */ action
   }
 };
 
+/** @param {Blob} blob @param {string} name */
+export function download(blob, name) {
+  const address = URL.createObjectURL(blob);
+  element("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 10_000);
+}
+
 /** A table with a caption. The cells of numbers are right-aligned.
  * @param {string} caption @param {string[]} heads @param {(Node|string|number)[][]} rows */
 export function table(caption, heads, rows) {

@@ -1,8 +1,8 @@
 // The loop: model, compare, explain, candidates, add an effect, and the staircase of the error.
 import { on, readLog, request } from "./connection.js";
 import { attemptIn, byId, element, table } from "./dom.js";
-import { unitOf } from "./live.js";
-import { Plot } from "./plot.js";
+import { buildImport, startImport } from "./import.js";
+import { clearResiduals, showResiduals } from "./residuals.js";
 import { number, parse, text } from "./text.js";
 
 let log = "";
@@ -11,11 +11,13 @@ let model = "model.toml";
 let parameters = null;
 /** @type {{answer: string, effects: string[], ratio: number, kind: string}[]} */
 let steps = [];
-/** @type {Plot[]} */
-let plots = [];
+/** @type {Map<string, any>} the last fit of each model: its answer, with its name as `file` */
+const fits = new Map();
 /** @type {any} the answer that is shown */
 let shown = null;
 let handled = 0;
+/** Jobs whose progress and answer belong to this view. */
+const JOBS = ["compare", "fit", "explain"];
 
 const attempt = attemptIn("identify-error");
 
@@ -32,9 +34,13 @@ export async function buildIdentify() {
       button("fit", () => start("compare", { fit: true }), { id: "fit" }),
       button("explain", () => start("explain", {}), { id: "explain" }),
       element("span", { id: "job-identify", class: "row", hidden: true }, element("span", { class: "job-stage", role: "status" }), button("cancel", () => request("cancel", {}), { id: "cancel" }))),
+    buildImport(() => log, async (name) => {
+      log = name;
+      await loadSession();
+    }),
     element("div", { class: "two" },
       element("div", {}, element("section", { id: "staircase", "aria-label": text("staircase") }), element("section", { id: "model" })),
-      element("div", {}, element("section", { id: "effect" }), element("section", { id: "answer", "aria-live": "polite" }))));
+      element("div", {}, element("section", { id: "effect" }), element("section", { id: "answer" }, element("div", { id: "answer-text", "aria-live": "polite" }), element("div", { id: "answer-plots" })))));
   await loadSession();
 }
 
@@ -51,20 +57,24 @@ async function loadSession() {
   if (steps.length === 0) await restore(session.answers.map((/** @type {any} */ file) => file.name));
   await loadModel();
   showStaircase();
-  if (shown) showAnswer(shown);
+  if (shown) await showAnswer(shown);
 }
 
-/** The staircase of earlier comparisons: the answers are files of the session. @param {string[]} names */
+/** The staircase of earlier comparisons, and the last of them: the answers are files of the session. @param {string[]} names */
 async function restore(names) {
   const order = (/** @type {string} */ name) => Number(name.match(/-(\d+)\.json$/)?.[1] ?? 0);
   const own = names.filter((name) => /^(compare|fit)-\d+\.json$/.test(name)).sort((a, b) => order(a) - order(b));
-  for (const name of own.slice(-20)) addStep(name, await request(`answer?name=${name}`));
+  for (const name of own.slice(-20)) {
+    shown = await request(`answer?name=${name}`);
+    addStep(name, shown);
+  }
 }
 
 const worst = (/** @type {any} */ answer) => Math.max(...Object.values(answer.outputs).map((/** @type {any} */ output) => output.ratio ?? 0));
 
 /** @param {string} name @param {any} answer */
 function addStep(name, answer) {
+  if (answer.parameters && answer.outputs) fits.set(answer.model, { ...answer, file: name });
   if (!answer.outputs || steps.some((step) => step.answer === name)) return;
   steps.push({ answer: name, effects: answer.model_effects ?? [], ratio: worst(answer), kind: name.split("-")[0] });
 }
@@ -88,7 +98,8 @@ async function edit(change) {
 
 function showModel() {
   const entries = Object.entries(parameters.parameters);
-  const rows = entries.map(([name, p]) => [name, element("input", { "data-parameter": name, value: number(p.value, 9), inputmode: "decimal", "aria-label": name, title: p.description ?? "" }), p.unit ?? ""]);
+  const fit = fits.get(model);
+  const rows = entries.map(([name, p]) => [name, element("input", { "data-parameter": name, value: number(p.value, 6), inputmode: "decimal", "aria-label": name, title: p.description ?? "" }), uncertainty(fit, name, p), p.unit ?? ""]);
   const effects = parameters.effects.map((/** @type {string} */ effect) => element("li", { class: "row" },
     element("button", { type: "button", onclick: () => attempt(() => showEffect(effect)), "aria-label": `${text("page")}: ${effect}` }, effect), button("remove", () => edit({ remove: effect }), { "aria-label": `${text("remove")}: ${effect}` })));
   const name = element("input", { "aria-label": text("own_name"), placeholder: text("own_name"), size: 12 });
@@ -96,11 +107,22 @@ function showModel() {
   const starts = element("input", { "aria-label": text("own_parameters"), placeholder: text("own_parameters"), size: 34, class: "mono" });
   byId("model").replaceChildren(
     element("h2", {}, `${text("model")}: ${model}`),
-    table(text("parameters"), ["parameter", "value", "unit"].map(text), rows),
+    table(text("parameters"), [text("parameter"), text("value"), "± 1σ", text("unit")], rows),
+    element("p", { class: "faint" }, `${text("sigma_note")} ${fit ? `${text("last_fit")}: ${fit.file}, ${fit.log}${fit.converged ? "" : `; ${text("not_converged")}`}.` : text("no_fit")}`),
     element("div", { class: "row" }, button("save", save)),
     element("h3", {}, text("effects")), element("ul", {}, ...effects),
     element("h3", {}, text("own_effect")), element("div", { class: "row" }, name, torque, starts,
       button("add", () => edit({ add_expression: { name: name.value.trim(), torque_N_m: torque.value, parameters: startsOf(starts.value) } }))));
+}
+
+/** The standard uncertainty of a value that the last fit has found, or why there is none; a value that was changed since has none. @param {any} fit @param {string} name @param {any} parameter */
+function uncertainty(fit, name, parameter) {
+  const fitted = fit?.parameters[name];
+  if (!fitted || Math.abs(fitted.value - parameter.value) > 1e-9 * Math.abs(fitted.value)) return "–";
+  if (fit.not_identifiable.includes(name)) return text("not_determined");
+  if (fitted.fixed) return text("fixed");
+  if (fitted.at_bound) return text("at_bound");
+  return fitted.sigma == null ? "–" : element("span", { class: "mono" }, `± ${number(fitted.sigma, 2)}`);
 }
 
 /** @param {string} typed `a=0.001 w0=0.5` */
@@ -142,10 +164,10 @@ async function showEffect(name) {
 /** @param {any} answer */
 async function showAnswer(answer) {
   shown = answer;
-  plots.forEach((plot) => plot.destroy());
-  plots = [];
+  clearResiduals();
   const place = byId("answer");
   place.dataset.series = answer.series ?? "";
+  place.dataset.drawn = "";
   const parts = [];
   if (answer.outputs) {
     const rows = Object.entries(answer.outputs).map(([name, o]) => [name, o.rms, o.noise, o.ratio].map((cell, k) => (k === 0 ? cell : element("span", { class: "mono" }, number(cell, 4)))));
@@ -166,27 +188,14 @@ async function showAnswer(answer) {
     parts.push(element("h2", {}, `${text("verdict")}: ${answer.verdict}${answer.missing?.length ? ` (${answer.missing.join(", ")})` : ""}`),
       table(text("candidates"), [text("effect"), text("evidence"), text("parameters"), text("judgement"), ""], rows), element("pre", { class: "mono", tabindex: "0" }, answer.text ?? ""));
   }
-  const figures = element("div");
-  place.replaceChildren(...parts, figures);
-  if (answer.series) drawSeries(figures, await readLog(answer.series));
-}
-
-/** Measured beside modelled, and their difference. @param {HTMLElement} parent @param {Record<string, Float64Array>} series */
-function drawSeries(parent, series) {
-  for (const name of Object.keys(series).filter((column) => `${column}_model` in series)) {
-    const unit = unitOf(name);
-    const residual = series[name].map((value, k) => value - series[`${name}_model`][k]);
-    const figure = (/** @type {string} */ label) => {
-      const made = element("figure", { class: "plot", "aria-label": label });
-      parent.append(made);
-      return made;
-    };
-    const both = new Plot(figure(name), { title: name, series: [{ label: text("measured"), unit }, { label: text("modelled"), unit }], sync: "answer" });
-    both.set([series.t_s, series[name], series[`${name}_model`]]);
-    const difference = new Plot(figure(`${name} ${text("residual")}`), { title: `${name}: ${text("residual")}`, series: [{ label: text("residual"), unit }], height: 120, sync: "answer" });
-    difference.set([series.t_s, residual]);
-    plots.push(both, difference);
-  }
+  byId("answer-text").replaceChildren(...parts);
+  byId("answer-plots").replaceChildren();
+  if (!answer.series) return;
+  const series = await readLog(answer.series);
+  // Another answer was chosen meanwhile.
+  if (shown !== answer) return;
+  showResiduals(byId("answer-plots"), answer, series);
+  place.dataset.drawn = answer.series;
 }
 
 function showStaircase() {
@@ -205,7 +214,8 @@ function showStaircase() {
     const before = steps[k - 1]?.effects ?? [];
     const added = step.effects.filter((effect) => !before.includes(effect));
     const label = k === 0 ? step.effects.join(", ") || text("model") : added.length > 0 ? `+ ${added.join(", ")}` : step.kind;
-    return element("div", {}, svg, element("strong", {}, number(step.ratio, 3)), element("br"), label);
+    const open = () => attempt(async () => showAnswer(await request(`answer?name=${encodeURIComponent(step.answer)}`)));
+    return element("div", {}, element("button", { type: "button", "data-answer": step.answer, "aria-label": `${step.answer}: ${number(step.ratio, 3)}, ${label}`, onclick: open }, svg, element("strong", {}, number(step.ratio, 3)), element("br"), label));
   };
   place.replaceChildren(element("h2", {}, text("staircase")), element("div", { class: "steps" }, ...steps.map(bar)));
 }
@@ -214,23 +224,24 @@ function showStaircase() {
 async function follow(now) {
   const { job } = now;
   if (!byId("job-identify")) return;
-  const running = job.is_running && job.kind !== "record";
+  const running = job.is_running && JOBS.includes(job.kind);
   byId("job-identify").hidden = !running;
   for (const id of ["compare", "fit", "explain"]) byId(id).disabled = job.is_running;
   if (job.is_running || job.number === handled || job.number === 0) return;
   handled = job.number;
   await attempt(async () => {
     if (job.answer && job.kind === "record") log = job.answer;
-    if (job.answer && job.kind !== "record") {
+    if (job.answer && JOBS.includes(job.kind)) {
       const answer = await request(`answer?name=${job.answer}`);
       addStep(job.answer, answer);
       shown = answer;
     }
     await loadSession();
-    if (job.error) throw new Error(`${job.kind}: ${job.error}`);
+    if (job.error && (JOBS.includes(job.kind) || job.kind === "record")) throw new Error(`${job.kind}: ${job.error}`);
   });
 }
 
 export function startIdentify() {
   on("state", follow);
+  startImport();
 }

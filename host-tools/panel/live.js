@@ -1,6 +1,7 @@
 // The live plots: the last 30 s of every channel, its values, pause and export.
 import { columns, on, state } from "./connection.js";
 import { byId, element, table } from "./dom.js";
+import { PlotGroup, extremes } from "./plot-group.js";
 import { Plot } from "./plot.js";
 import { number, text } from "./text.js";
 
@@ -24,6 +25,7 @@ let changed = false;
 let shown = 0;
 /** @type {{plot: Plot, names: string[]}[]} */
 let plots = [];
+const group = new PlotGroup("live", source, unitOf);
 
 /** @param {string[]} names */
 function begin(names) {
@@ -38,17 +40,18 @@ function build() {
   parent.replaceChildren();
   const bar = element("div", { class: "row" },
     element("button", { type: "button", id: "pause", "aria-pressed": paused, onclick: togglePause }, text(paused ? "resume" : "pause")),
-    element("button", { type: "button", onclick: exportCsv }, text("export_csv")),
-    element("button", { type: "button", onclick: exportPng }, text("export_png")),
     element("span", { id: "losses", class: "faint" }));
-  parent.append(bar);
+  parent.append(bar, group.build());
   plots = GROUPS.map((group) => group.filter((name) => columns.includes(name))).filter((group) => group.length > 0).map((names, k) => {
     const figure = element("figure", { class: "plot", "aria-label": names.join(", ") });
     parent.append(figure);
     const height = k === 0 ? 190 : 135;
-    return { names, plot: new Plot(figure, { title: names.join(" · "), series: names.map((name) => ({ label: name, unit: unitOf(name) })), height, sync: "live" }) };
+    const plot = new Plot(figure, { title: names.join(" · "), series: names.map((name) => ({ label: name, unit: unitOf(name) })), height, sync: "live", cursors: group.cursors });
+    group.attach(plot, figure);
+    return { names, plot };
   });
-  parent.append(element("div", { id: "values" }));
+  parent.append(group.buildTable(), element("div", { id: "values" }));
+  group.refresh();
   changed = true;
 }
 
@@ -78,6 +81,13 @@ function windowBegin() {
   return low;
 }
 
+/** What the cursors measure and the export writes: the window of all channels. */
+function source() {
+  if (store.length === 0) return { names: ["t_s"], columns: [new Float64Array()], of: "live" };
+  const from = windowBegin();
+  return { names: ["t_s", ...columns], columns: store.map((column) => column.subarray(from, length)), of: "live" };
+}
+
 /** @param {string} name */
 const columnOf = (name) => store[columns.indexOf(name) + 1];
 
@@ -96,17 +106,12 @@ function showValues(from) {
   shown = performance.now();
   const rows = plots.flatMap(({ names }) => names).map((name) => {
     const values = columnOf(name).subarray(from, length);
-    let [low, high, sum, count] = [Infinity, -Infinity, 0, 0];
-    for (const value of values) if (Number.isFinite(value)) {
-      low = Math.min(low, value);
-      high = Math.max(high, value);
-      sum += value;
-      count++;
-    }
+    const { low, high, mean } = extremes(values);
     const cell = (/** @type {number} */ value) => element("span", { class: "mono" }, number(value, 6));
-    return [`${name}`, cell(values[values.length - 1]), cell(low), cell(high), cell(sum / count)];
+    return [`${name}`, cell(values[values.length - 1]), cell(low), cell(high), cell(mean)];
   });
   byId("values").replaceChildren(table(`${text("summary")}, ${WINDOW_S} s`, ["channel", "value", "minimum", "maximum", "mean"].map(text), rows));
+  group.refresh();
   byId("losses").textContent = `${text("rows_lost")}: ${state?.lost_rows ?? 0}`;
 }
 
@@ -114,33 +119,6 @@ function togglePause() {
   paused = !paused;
   byId("pause").textContent = text(paused ? "resume" : "pause");
   byId("pause").setAttribute("aria-pressed", String(paused));
-}
-
-/** @param {Blob} blob @param {string} name */
-export function download(blob, name) {
-  const address = URL.createObjectURL(blob);
-  element("a", { href: address, download: name }).click();
-  setTimeout(() => URL.revokeObjectURL(address), 10_000);
-}
-
-function exportCsv() {
-  const [low, high] = plots[0]?.plot.range() ?? [0, 0];
-  const lines = [["t_s", ...columns].join(",")];
-  for (let row = windowBegin(); row < length; row++) {
-    const t = store[0][row];
-    if (t >= low && t <= high) lines.push(store.map((column) => (Number.isFinite(column[row]) ? column[row] : "")).join(","));
-  }
-  download(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }), "visible-range.csv");
-}
-
-function exportPng() {
-  const canvases = plots.map(({ plot }) => plot.canvas());
-  const whole = element("canvas", { width: Math.max(...canvases.map((c) => c.width)), height: canvases.reduce((sum, c) => sum + c.height, 0) });
-  const context = whole.getContext("2d");
-  context.fillStyle = "#fff";
-  context.fillRect(0, 0, whole.width, whole.height);
-  canvases.reduce((top, canvas) => (context.drawImage(canvas, 0, top), top + canvas.height), 0);
-  whole.toBlob((/** @type {Blob} */ blob) => download(blob, "plots.png"));
 }
 
 export function startLive() {

@@ -1,12 +1,14 @@
 // The page: header, STOP, tabs, language; the views are in their modules.
+import { buildCompensate, startCompensate } from "./compensate.js";
 import { connect, hasToken, on, request, state, stop } from "./connection.js";
 import { buildDrive, send, startDrive } from "./drive.js";
 import { byId, element } from "./dom.js";
 import { buildIdentify, startIdentify } from "./identify.js";
 import { relabelLive, startLive } from "./live.js";
+import { buildMeasure, startMeasure } from "./measure.js";
 import { setLanguage, text } from "./text.js";
 
-const VIEWS = ["live", "identify", "commands"];
+const VIEWS = ["live", "identify", "compensate", "measure", "commands"];
 
 // STOP first: it works whatever else of the page fails. The WebSocket is the fast way; the request is for a socket that is just being reopened.
 function stopNow() {
@@ -100,6 +102,8 @@ async function build(/** @type {string} */ language) {
   relabelLive();
   await buildDrive();
   await buildIdentify();
+  await buildCompensate();
+  await buildMeasure();
 }
 
 byId("language").addEventListener("change", () => build(byId("language").value));
@@ -121,6 +125,8 @@ if (hasToken()) {
   startLive();
   startDrive();
   startIdentify();
+  startCompensate();
+  startMeasure();
   connect();
   build(language).catch((error) => alert(error.message));
 } else {

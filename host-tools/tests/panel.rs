@@ -232,6 +232,133 @@ fn loop_finds_a_hidden_effect_and_its_files_are_those_of_the_command_line() {
     assert!(commands.contains("stand record --port") && commands.contains("stand model add model.toml cogging"), "{commands}");
 }
 
+/// The log of the folder as another program writes it, with a column whose name says nothing.
+fn foreign(folder: &std::path::Path) -> String {
+    let log = Log::read(folder.join("log.csv")).unwrap();
+    let column = |name: &str| log.column(name).unwrap();
+    let mut text = "Zeit [ms];Spannung [V];Strom [mA];Kanal 4;Winkel [°]\n".to_owned();
+    for k in 0..log.len() {
+        let rpm = column("omega_rad_s")[k] * 60.0 / std::f64::consts::TAU;
+        let cells = [1e3 * column("t_s")[k], column("u_V")[k], 1e3 * column("i_A")[k], rpm, column("theta_rad")[k].to_degrees()];
+        text += &(cells.map(|cell| cell.to_string().replace('.', ",")).join(";") + "\n");
+    }
+    text
+}
+
+#[test]
+fn log_of_another_program_is_uploaded_mapped_by_consent_and_compared() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let mut page = panel.page();
+    let session = folder.path().join("panel");
+    assert_eq!(panel.request("POST", "upload?name=fremd.txt", &foreign(folder.path())).0, 200);
+    let listed = || {
+        let names = panel.request("GET", "session", "").1;
+        let of = |key: &str| names[key].as_array().unwrap().iter().map(|f| f["name"].as_str().unwrap().to_owned()).collect::<Vec<_>>();
+        (of("logs"), of("models"))
+    };
+    assert_eq!(listed(), (vec![], vec!["model.toml".to_owned()]), "without consent it is no log");
+    let believed = panel.post("inspect", &json!({"name": "fremd.txt"}));
+    let is = |answer: &Value| {
+        answer["columns"].as_array().unwrap().iter().map(|c| c["is"].as_str().unwrap_or("-").to_owned()).collect::<Vec<_>>()
+    };
+    let names = is(&believed);
+    assert_eq!(
+        (&names[0], &names[1], &names[2], &names[4]),
+        (&"t_s".into(), &"u_V".into(), &"i_A".into(), &"theta_rad".into()),
+        "{believed}"
+    );
+    assert_eq!((believed["rows"].as_u64(), believed["gaps"].as_u64(), believed["decimal"].as_str()), (Some(3000), Some(0), Some(",")));
+    assert!(believed["columns"][0]["why"].as_str().is_some_and(|why| !why.is_empty()) && believed["known"].as_array().unwrap().len() > 10);
+    let rpm =
+        |unit: &str| json!({"name": "fremd.txt", "columns": [["Kanal 4", "omega_rad_s"]], "units": [["Kanal 4", unit]], "accept": true});
+    let (status, refused) = panel.request("POST", "inspect", &rpm("banana").to_string());
+    assert!(status == 422 && refused["error"].as_str().unwrap().contains("banana"), "{refused}");
+    let unread = json!({"name": "fremd.txt", "notes": [["u_V", "magnitud"]]}).to_string();
+    assert!(panel.request("POST", "inspect", &unread).1["error"].as_str().unwrap().contains("magnitud"));
+    assert!(!session.join("fremd.import.toml").exists(), "what is refused is not remembered");
+    panel.post("inspect", &rpm("rpm"));
+    assert_eq!(listed(), (vec!["fremd.txt".to_owned()], vec!["model.toml".to_owned()]));
+    let (own, imported) = (Log::read(folder.path().join("log.csv")).unwrap(), Log::read(session.join("fremd.txt")).unwrap());
+    for (a, b) in own.column("omega_rad_s").unwrap().iter().zip(imported.column("omega_rad_s").unwrap()) {
+        assert!((a - b).abs() < 1e-9 * a.abs().max(1.0), "{a} {b}");
+    }
+    let job = finish(&mut page, &panel.post("compare", &json!({"log": "fremd.txt", "model": "model.toml"}))["job"]);
+    assert_eq!(job["error"], "");
+    let answer = panel.request("GET", &format!("answer?name={}", job["answer"].as_str().unwrap()), "").1;
+    let rate = &answer["profiles"]["omega_rad_s"];
+    let over: Vec<&str> = rate["coordinates"].as_array().unwrap().iter().map(|c| c["coordinate"].as_str().unwrap()).collect();
+    assert!(["theta", "omega", "current", "time"].iter().all(|name| over.contains(name)), "{over:?}");
+    for coordinate in rate["coordinates"].as_array().unwrap() {
+        let bins = coordinate["bins"].as_array().unwrap();
+        let excess = |bin: &Value| bin[1].as_f64().unwrap().abs() - bin[2].as_f64().unwrap();
+        let largest = bins.iter().map(excess).fold(0.0, f64::max);
+        assert_eq!(coordinate["worst"].as_u64().map_or(0.0, |k| excess(&bins[k as usize])), largest, "{coordinate}");
+    }
+    // The same command in a shell is that of the list.
+    let commands = std::fs::read_to_string(session.join("commands.txt")).unwrap();
+    assert!(commands.contains("stand log inspect fremd.txt --map 'Kanal 4=omega_rad_s' --unit 'Kanal 4=rpm' --accept\n"), "{commands}");
+    // A file of the same stem has no mapping of its own to lose, and takes none.
+    std::fs::copy(folder.path().join("log.csv"), session.join("fremd.csv")).unwrap();
+    let before = std::fs::read(session.join("fremd.import.toml")).unwrap();
+    let other = json!({"name": "fremd.csv", "units": [["u_V", "mV"]], "accept": true}).to_string();
+    assert_eq!(panel.request("POST", "inspect", &other).0, 409);
+    assert_eq!(std::fs::read(session.join("fremd.import.toml")).unwrap(), before);
+}
+
+#[test]
+fn file_without_a_time_is_accepted_once_its_row_rate_is_stated() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let session = folder.path().join("panel");
+    let text: String = (0..500).map(|k| format!("{};{}\n", f64::from(k).sin(), 100.0 * f64::from(k).cos()).replace('.', ",")).collect();
+    assert_eq!(panel.request("POST", "upload?name=ohne.csv", &format!("Spannung [V];Drehzahl [rpm]\n{text}")).0, 200);
+    let open = panel.post("inspect", &json!({"name": "ohne.csv"}));
+    assert!(open["open"].as_str().unwrap().contains("--sample-rate"), "{open}");
+    let (status, refused) = panel.request("POST", "inspect", r#"{"name":"ohne.csv","accept":true}"#);
+    assert!(status == 422 && refused["error"].as_str().unwrap().contains("--sample-rate"), "{refused}");
+    let stated = json!({"name": "ohne.csv", "sample_rate_Hz": 500.0, "notes": [["u_V", "terminal"]], "accept": true});
+    panel.post("inspect", &stated);
+    let log = Log::read(session.join("ohne.csv")).unwrap();
+    assert_eq!((log.t_s()[1], log.note("u_V")), (0.002, Some("terminal")));
+    // A later statement changes what it states; the rest stays.
+    panel.post("inspect", &json!({"name": "ohne.csv", "units": [["Spannung [V]", "mV"]], "accept": true}));
+    let again = Log::read(session.join("ohne.csv")).unwrap();
+    assert_eq!((again.t_s()[1], again.note("u_V")), (0.002, Some("terminal")));
+    assert_eq!(again.column("u_V").unwrap()[1], 1e-3 * log.column("u_V").unwrap()[1]);
+}
+
+#[test]
+fn visible_range_is_exported_as_a_log_that_the_command_line_reads() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let session = folder.path().join("panel");
+    let body = |format: &str, of: &str| {
+        let head = json!({"format": format, "of": of, "columns": ["t_s", "omega_rad_s", "temp_C"], "rows": 500}).to_string();
+        let mut bytes = (head.len() as u32).to_le_bytes().to_vec();
+        bytes.extend(head.as_bytes());
+        let time = (0..500).map(|k| 17.0 + f64::from(k) / 1000.0);
+        let rate = (0..500).map(|k| if k == 7 { f64::NAN } else { f64::from(k).sin() });
+        time.chain(rate).chain((0..500).map(|_| f64::NAN)).for_each(|value| bytes.extend(value.to_le_bytes()));
+        bytes
+    };
+    for format in ["parquet", "csv", "csv"] {
+        let (status, answer) = panel.request_bytes("POST", "export", &body(format, "live"));
+        assert_eq!((status, answer["rows"].as_u64(), answer["left_out"].as_u64()), (200, Some(499), Some(1)), "{answer}");
+        let name = answer["name"].as_str().unwrap();
+        let inspected = stand(&session, &["log", "inspect", name, "--json", "-"]).succeeded().json();
+        assert_eq!((inspected["is_own"].as_bool(), inspected["rows"].as_u64()), (Some(true), Some(499)), "{inspected}");
+        let log = Log::read(session.join(name)).unwrap();
+        assert_eq!((log.t_s()[0], log.column("omega_rad_s").unwrap()[498]), (17.0, 499_f64.sin()));
+        assert!(log.note("export_of").unwrap().starts_with("stream of ") && log.notes().has_provenance("omega_rad_s"), "{:?}", log.notes());
+    }
+    assert!(session.join("export-2.csv").exists() && session.join("export-1.csv").exists());
+    for (format, of) in [("exe", "live"), ("csv", "../log.csv"), ("csv", "absent.parquet")] {
+        let (status, answer) = panel.request_bytes("POST", "export", &body(format, of));
+        assert!(status == 422 && answer["error"].as_str().unwrap().lines().count() == 1, "{answer}");
+    }
+}
+
 #[test]
 fn explanation_is_cancelled_within_seconds_and_the_next_job_starts() {
     let folder = folder();

@@ -6,8 +6,9 @@ mod common;
 #[path = "common/panel.rs"]
 mod panel;
 
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use common::folder;
@@ -55,6 +56,9 @@ fn foreign_hosts_and_origins_are_refused_for_every_method_and_no_byte_reaches_th
         ("GET /api/session", "", ""),
         ("POST /api/stop", "Content-Length: 2\r\n", "{}"),
         ("GET /socket", upgrade, ""),
+        ("POST /api/upload?name=foreign.csv", "Content-Length: 10\r\n", "t_s,x\n0,1\n"),
+        ("POST /api/inspect", "Content-Length: 2\r\n", "{}"),
+        ("POST /api/export", "Content-Length: 2\r\n", "{}"),
         ("GET /", "", ""),
         ("OPTIONS /api/stop", "", ""),
         ("PUT /api/stop", "Content-Length: 0\r\n", ""),
@@ -76,7 +80,8 @@ fn foreign_hosts_and_origins_are_refused_for_every_method_and_no_byte_reaches_th
             walked += 1;
         }
     }
-    assert!(walked > 150, "{walked}");
+    assert!(walked > 250, "{walked}");
+    assert!(!folder.path().join("panel/foreign.csv").exists(), "no file is written");
     // The same requests with the right headers are answered, so the refusals have the tested reason.
     assert_eq!(panel.raw(format!("GET /socket HTTP/1.1\r\n{host}{origin}{upgrade}\r\n").as_bytes()), 101);
     assert_eq!(panel.raw(format!("GET /api/session HTTP/1.1\r\n{host}{key}\r\n").as_bytes()), 200);
@@ -109,6 +114,10 @@ fn token_is_required_for_data_and_compared_as_a_whole() {
     let right = format!("Authorization: Bearer {}\r\n", panel.token);
     assert_eq!(panel.token.len(), 64, "256 bits");
     assert_eq!(status(&right), 200);
+    for path in ["upload?name=a.csv", "inspect", "export"] {
+        let lines = format!("Origin: http://127.0.0.1:{}\r\nContent-Length: 2\r\n\r\n{{}}", panel.port);
+        assert_eq!(panel.raw(format!("POST /api/{path} HTTP/1.1\r\n{host}{lines}").as_bytes()), 401, "{path}");
+    }
     let half = format!("Authorization: Bearer {}\r\n", &panel.token[..32]);
     for wrong in [
         "",
@@ -124,6 +133,35 @@ fn token_is_required_for_data_and_compared_as_a_whole() {
     assert_eq!(panel.raw(format!("GET /api/session?token={} HTTP/1.1\r\n{host}\r\n", panel.token).as_bytes()), 401, "not in the query");
     let other = Panel::new(folder.path(), &["--folder", "other"]);
     assert_ne!(panel.token, other.token, "of this run");
+}
+
+#[test]
+fn every_route_of_the_source_needs_the_token() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let host = format!("127.0.0.1:{}", panel.port);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/panel");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| !path.ends_with("server.rs"));
+    let source: String = files.map(|path| std::fs::read_to_string(path).unwrap()).collect();
+    let routes: Vec<(&str, bool)> = source
+        .split(".route(\"/")
+        .skip(1)
+        .filter_map(|rest| rest.lines().next()?.split_once("\", "))
+        .flat_map(|(path, methods)| {
+            [("get(", false), ("post(", true)].into_iter().filter(|(name, _)| methods.contains(name)).map(move |(_, posts)| (path, posts))
+        })
+        .collect();
+    assert!(routes.len() >= 20, "{routes:?}");
+    for (path, posts) in routes {
+        let request = |key: &str| {
+            let (method, body) = if posts { ("POST", "{}") } else { ("GET", "") };
+            let head =
+                format!("{method} /api/{path}?name=model.toml&kind=drive HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n{key}");
+            panel.raw(format!("{head}Content-Length: {}\r\n\r\n{body}", body.len()).as_bytes())
+        };
+        assert_eq!(request(""), 401, "{path}");
+        assert_ne!(request(&format!("Authorization: Bearer {}\r\n", panel.token)), 401, "{path}");
+    }
 }
 
 #[test]
@@ -178,13 +216,21 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
         ".",
         "",
     ] {
-        for path in ["log", "answer", "model", "effect"] {
+        for path in ["log", "answer", "model", "effect", "columns", "pictures", "steps"] {
             let (status, answer) = panel.request("GET", &format!("{path}?name={name}"), "");
             assert!((400..500).contains(&status), "{path} {name}: {status}");
             assert!(answer["error"].as_str().is_none_or(|error| error.lines().count() == 1), "{answer}");
         }
     }
     let bodies = [
+        ("inspect", r#"{"name":"../secret.csv"}"#),
+        ("inspect", r#"{"name":"link.csv","accept":true}"#),
+        ("inspect", r#"{"name":"absent.csv"}"#),
+        ("inspect", r#"{"name":"model.toml"}"#),
+        ("inspect", r#"{"name":"model.toml","units":[["t","ms\nreboot"]]}"#),
+        ("inspect", r#"{"name":"model.toml","file":"x"}"#),
+        ("export", "[[[["),
+        ("export", ""),
         ("command", r#"{"client":1,"line":"OUTPut ON\nOUTPut ON"}"#),
         ("command", r#"{"client":1,"line":"HOST:UNATTended 1000"}"#),
         ("command", r#"{"client":1,"line":"*IDN?;host:arm 0"}"#),
@@ -193,6 +239,15 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
         ("record", r#"{"client":1,"profile":"x","mode":"rate","seconds":1}"#),
         ("record", r#"{"client":1,"profile":"multi-step","mode":"rate","seconds":1e300}"#),
         ("record", r#"{"client":1,"profile":"multi-step","mode":"rate","seconds":5}"#),
+        ("record", r#"{"client":1,"profile":"constant","mode":"voltage","amplitude":0,"seconds":5,"unattended":true}"#),
+        ("compensate", r#"{"client":1,"model":"model.toml","log":null}"#),
+        ("compensate", r#"{"client":1,"model":"../model.toml","log":null}"#),
+        ("allan", r#"{"log":"../secret.csv","column":"u_V"}"#),
+        ("allan", r#"{"log":"link.csv","column":"u_V"}"#),
+        ("drift", r#"{"client":1,"place":"moon"}"#),
+        ("calibrate", r#"{"client":1,"place":"simulated","kind":"drive","serial":"a\nb"}"#),
+        ("calibrate", r#"{"client":1,"place":"stand","kind":"drive"}"#),
+        ("reply", r#"{"text":1}"#),
         ("model", r#"{"name":"model.toml","add":"no-effect"}"#),
         ("model", r#"{"name":"../../x.toml","add":"coulomb"}"#),
         ("model", r#"{"name":"model.toml","add_expression":{"name":"x","torque_N_m":"import os"}}"#),
@@ -204,6 +259,70 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
     let deep = format!(r#"{{"name":"model.toml","add_expression":{{"name":"x","torque_N_m":"{}"}}}}"#, "(".repeat(900));
     assert_eq!(panel.request("POST", "model", &deep).0, 422);
     assert_eq!(panel.request("POST", "model", &" ".repeat((1 << 20) + 1)).0, 413);
+    assert_eq!(panel.request("GET", "session", "").0, 200, "alive");
+}
+
+/// Names of the session's folder, with the hidden ones.
+fn names(session: &std::path::Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(session).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn uploads_are_declared_and_bounded_and_replace_no_file() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let session = folder.path().join("panel");
+    let before = names(&session);
+    let host = panel.host();
+    let own = format!("Host: {host}\r\nOrigin: http://{host}\r\nAuthorization: Bearer {}\r\n", panel.token);
+    let head = |path: &str, more: &str| format!("POST /api/{path} HTTP/1.1\r\n{own}{more}\r\n\r\n");
+    assert_eq!(panel.raw(format!("{}1\r\nx\r\n0\r\n\r\n", head("upload?name=a.csv", "Transfer-Encoding: chunked")).as_bytes()), 411);
+    assert_eq!(panel.raw(head("upload?name=a.csv", &format!("Content-Length: {}", (512_u64 << 20) + 1)).as_bytes()), 413);
+    assert_eq!(panel.request_bytes("POST", "export", &vec![b' '; (64 << 20) + 1]).0, 413);
+    // One that breaks off leaves nothing.
+    let mut broken = TcpStream::connect(("127.0.0.1", panel.port)).unwrap();
+    broken.write_all(format!("{}t_s,u_V\n0,1\n", head("upload?name=a.csv", "Content-Length: 1000")).as_bytes()).unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    drop(broken);
+    let until = Instant::now() + Duration::from_secs(10);
+    while names(&session) != before && Instant::now() < until {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert_eq!(names(&session), before);
+    // Names that lead elsewhere, that are no log, or that exist.
+    std::os::unix::fs::symlink(folder.path().join("new.csv"), session.join("dangling.csv")).unwrap();
+    std::fs::write(session.join("orphan.import.toml"), "").unwrap();
+    for name in [
+        "..%2Fa.csv",
+        "%2Ftmp%2Fa.csv",
+        "dangling.csv",
+        "a.toml",
+        "a.import.toml",
+        "a.html",
+        "a",
+        ".csv",
+        "",
+        "a%00.csv",
+        "%3Cimg%3E.csv",
+        "a%0A.csv",
+    ] {
+        let (status, answer) = panel.request("POST", &format!("upload?name={name}"), "t_s,u_V\n0,1\n");
+        assert!((400..500).contains(&status) && answer["error"].as_str().unwrap().lines().count() == 1, "{name}: {status} {answer}");
+    }
+    for name in ["commands.txt", "orphan.csv"] {
+        assert_eq!(panel.request("POST", &format!("upload?name={name}"), "t_s,u_V\n0,1\n").0, 409, "{name}");
+    }
+    assert!(!folder.path().join("a.csv").exists() && !folder.path().join("new.csv").exists());
+    let text = "t_s,u_V\n0,1\n0.1,2\n";
+    assert_eq!(panel.request("POST", "upload?name=a.csv", text).0, 200);
+    assert_eq!(panel.request("POST", "upload?name=a.csv", "other").0, 409);
+    assert_eq!(std::fs::read_to_string(session.join("a.csv")).unwrap(), text);
+    // A file that is no log is data: what is wrong with it is one line.
+    assert_eq!(panel.request_bytes("POST", "upload?name=b.parquet", &[0xFF; 3_000_000]).0, 200);
+    let (status, answer) = panel.request("POST", "inspect", r#"{"name":"b.parquet"}"#);
+    assert!(status == 422 && answer["error"].as_str().unwrap().lines().count() == 1, "{status} {answer}");
     assert_eq!(panel.request("GET", "session", "").0, 200, "alive");
 }
 
@@ -251,4 +370,86 @@ fn slow_and_random_clients_leave_the_server_alive() {
     }
     assert!(begun.elapsed() < Duration::from_secs(9), "slow heads are closed after five seconds: {:?}", begun.elapsed());
     assert_eq!(panel.request("GET", "session", "").0, 200);
+}
+
+/// Reads the status and the length of the body of each response until the connection ends.
+fn statuses(stream: TcpStream) -> Vec<u16> {
+    let mut reader = BufReader::new(stream);
+    let mut all = Vec::new();
+    loop {
+        let (mut length, mut status, mut line) = (0, 0, String::new());
+        while reader.read_line(&mut line).is_ok_and(|count| count > 2) {
+            let text = line.to_lowercase();
+            if let Some(rest) = text.strip_prefix("http/1.1 ") {
+                status = rest[..3].parse().unwrap();
+            }
+            if let Some(rest) = text.strip_prefix("content-length: ") {
+                length = rest.trim().parse().unwrap();
+            }
+            line.clear();
+        }
+        if status == 0 || reader.read_exact(&mut vec![0; length]).is_err() {
+            return all;
+        }
+        all.push(status);
+    }
+}
+
+#[test]
+fn hundred_thousand_random_requests_are_answered_and_none_without_the_token_gets_data() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(2126);
+    let own = format!("127.0.0.1:{}", panel.port);
+    let hosts = [own.clone(), own.clone(), own.clone(), format!("evil.example:{}", panel.port)];
+    let origins = [format!("http://{own}"), format!("http://{own}"), "null".to_owned(), "http://evil.example".to_owned()];
+    let keys = ["", "Authorization: Bearer 00\r\n", "Authorization: Basic x\r\n", "X-Key: 1\r\n"];
+    let methods = ["GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS"];
+    let paths = [
+        "session",
+        "stop",
+        "command",
+        "record",
+        "log?name=x",
+        "answer?name=%00",
+        "model",
+        "effect?name=..%2f",
+        "..",
+        "%ff",
+        "compensate",
+        "drift",
+    ];
+    let bodies = ["", "{}", "[[[[", "{\"client\":1,\"line\":\"OUTPut ON\"}", "\u{0}\u{7f}"];
+    let (mut answered, mut refused) = (0, 0);
+    for _ in 0..500 {
+        let mut stream = TcpStream::connect(("127.0.0.1", panel.port)).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        let reading = std::thread::spawn({
+            let stream = stream.try_clone().unwrap();
+            move || statuses(stream)
+        });
+        for k in 0..200 {
+            let mut one = |of: usize| (random.next_u64() % of as u64) as usize;
+            let body = bodies[one(bodies.len())];
+            let (method, path, host, origin, key) =
+                (methods[one(6)], paths[one(paths.len())], &hosts[one(4)], &origins[one(4)], keys[one(4)]);
+            let last = if k == 199 { "Connection: close\r\n" } else { "" };
+            let request = format!(
+                "{method} /api/{path} HTTP/1.1\r\nHost: {host}\r\nOrigin: {origin}\r\n{key}{last}Content-Length: {}\r\n\r\n{body}",
+                body.len()
+            );
+            stream.write_all(request.as_bytes()).unwrap();
+        }
+        let statuses = reading.join().unwrap();
+        answered += statuses.len();
+        refused += statuses.iter().filter(|status| (400..500).contains(*status)).count();
+    }
+    assert_eq!((answered, refused), (100_000, 100_000));
+    let mut page = panel.page();
+    page.until(|page| page.state["drive"]["mode"] != "", false);
+    assert_eq!(
+        (&page.state["drive"]["fault"], &page.state["drive"]["is_on"]),
+        (&"".into(), &false.into()),
+        "the stand has noticed nothing"
+    );
 }

@@ -19,15 +19,31 @@ pub fn replace(path: &Path, contents: impl FnOnce(&mut BufWriter<&mut File>) -> 
         return out.flush();
     }
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let folder = folder_of(&target);
-    let mut temporary = new_temporary(&target)?.tempfile_in(&folder)?;
+    written(&target, contents)?.persist(&target).map_err(|error| error.error)?;
+    sync_folder(&folder_of(&target))
+}
+
+/// Writes a new file as a whole.
+///
+/// # Errors
+/// `AlreadyExists`: there is a file at `path`, which is unchanged. Otherwise as [`replace`], and there is no file.
+pub fn create_new(path: &Path, contents: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
+    if path.symlink_metadata().is_ok() {
+        return Err(io::ErrorKind::AlreadyExists.into());
+    }
+    written(path, contents)?.persist_noclobber(path).map_err(|error| error.error)?;
+    sync_folder(&folder_of(path))
+}
+
+/// The contents in a temporary file beside `target`, on the disk.
+fn written(target: &Path, contents: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<tempfile::NamedTempFile> {
+    let mut temporary = new_temporary(target)?.tempfile_in(folder_of(target))?;
     let mut out = BufWriter::with_capacity(1 << 18, temporary.as_file_mut());
     contents(&mut out)?;
     out.flush()?;
     drop(out);
     temporary.as_file().sync_all()?;
-    temporary.persist(&target).map_err(|error| error.error)?;
-    sync_folder(&folder)
+    Ok(temporary)
 }
 
 /// Writes text as a whole file.
@@ -131,6 +147,25 @@ mod tests {
         assert_eq!(failed.unwrap_err().to_string(), "full");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "first");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn new_file_replaces_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        let write = |text: &str| create_new(&path, |out| out.write_all(text.as_bytes()));
+        assert!(create_new(&path, |_| Err(io::Error::other("broken off"))).is_err() && !path.exists());
+        write("first").unwrap();
+        assert_eq!(write("second").unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+        // A file that appears while the contents are written stays as well.
+        let other = folder.path().join("b.txt");
+        let raced = create_new(&other, |out| {
+            std::fs::write(&other, "theirs")?;
+            out.write_all(b"ours")
+        });
+        assert_eq!(raced.unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!([&path, &other].map(|path| std::fs::read_to_string(path).unwrap()), ["first", "theirs"]);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 
     #[cfg(unix)]

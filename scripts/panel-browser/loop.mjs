@@ -1,50 +1,9 @@
 // The main loop of `stand panel` in headless Chromium, by keyboard alone, in both languages.
 //   node loop.mjs STAND CHROMIUM FOLDER [PICTURES]
 // STAND: the program; CHROMIUM: the browser; FOLDER: an empty folder for sessions; PICTURES: folder for screenshots. Exit status 0: all claims hold.
-import { spawn } from "node:child_process";
-import { createInterface } from "node:readline";
-import { readFile } from "node:fs/promises";
-import { createRequire } from "node:module";
 import puppeteer from "puppeteer-core";
+import { accessible, chromium, claim, focus, panel, pause, picture, press, tab, text, type } from "./page.mjs";
 
-const [stand, chromium, folder, pictures] = process.argv.slice(2);
-const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
-const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-
-function claim(holds, words) {
-  if (!holds) throw new Error(`not so: ${words}`);
-  console.log(`ok: ${words}`);
-}
-
-async function panel(name) {
-  const child = spawn(stand, ["panel", "--hidden", "cogging", "--folder", name], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
-  for await (const line of createInterface({ input: child.stdout })) return { child, address: line };
-}
-
-/** Moves the focus with Tab until the element has it. */
-async function focus(page, selector) {
-  await page.waitForSelector(`${selector}:not([disabled])`, { timeout: 600_000 });
-  for (let k = 0; k < 200; k++) {
-    if (await page.evaluate((s) => document.activeElement?.matches(s), selector)) return;
-    await page.keyboard.press("Tab");
-  }
-  throw new Error(`Tab does not reach ${selector}`);
-}
-async function press(page, selector, key = "Enter") {
-  await focus(page, selector);
-  await page.keyboard.press(key);
-}
-async function type(page, selector, value) {
-  await focus(page, selector);
-  await page.keyboard.down("Control");
-  await page.keyboard.press("a");
-  await page.keyboard.up("Control");
-  await page.keyboard.type(value);
-}
-async function tab(page, from, steps) {
-  await focus(page, `#tab-${from}`);
-  for (let k = 0; k < steps; k++) await page.keyboard.press("ArrowRight");
-}
 /** Explains, and waits for the answer on the page. */
 async function explain(page) {
   const before = await page.$eval("#answer", (node) => node.dataset.series);
@@ -54,17 +13,17 @@ async function explain(page) {
   await idle(page);
 }
 const idle = (page) => page.waitForFunction(() => document.querySelector("#job-identify").hidden && !document.querySelector("#compare").disabled, { timeout: 600_000 });
-const text = (page, selector) => page.$eval(selector, (node) => node.textContent);
-async function picture(page, name) {
-  if (pictures) await page.screenshot({ path: `${pictures}/${name}.png` });
-}
-async function accessible(page, view) {
-  // The policy of the page admits no script of others; the test's own comes through the debugger.
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21aa", "wcag22aa"] }));
-  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
-  for (const found of serious) console.log(found.id, found.help, found.nodes.map((node) => node.html.slice(0, 160)));
-  claim(serious.length === 0, `axe-core has no serious finding in the view ${view}`);
+
+/** Each of the other measurements, with its result on the page. */
+async function measurements(page) {
+  for (const kind of ["allan", "drift", "calibrate"]) {
+    await press(page, `#${kind}-start`);
+    await page.waitForFunction((k) => (document.querySelector("#measure-answer").dataset.answer ?? "").startsWith(`${k}-`) || !document.querySelector("#measure-error").hidden, { timeout: 300_000 }, kind);
+    const { rows, pictures, error } = await page.evaluate(() => ({ rows: document.querySelectorAll("#measure-answer tbody tr").length, pictures: [...document.querySelectorAll("#measure-answer img")].filter((image) => image.complete && image.naturalWidth > 0).length, error: document.querySelector("#measure-error").textContent }));
+    claim(rows > 0 && pictures > 0, `${kind}: ${rows} quantities with U, ${pictures} pictures ${error}`);
+    await picture(page, `measure-${kind}`);
+    await accessible(page, `measure, ${kind}`);
+  }
 }
 
 async function loop(browser, language) {
@@ -103,6 +62,11 @@ async function loop(browser, language) {
     await press(page, "#fit");
     await page.waitForFunction(() => document.querySelectorAll(".steps > div").length === 1, { timeout: 600_000 });
     await picture(page, `compare-${language}`);
+    const uncertain = await page.$$eval("#model tbody tr", (rows) => rows.map((row) => row.children[2].textContent));
+    claim(uncertain.length === 5 && uncertain.filter((cell) => /^± [\d.,e-]+$/.test(cell)).length >= 3 && uncertain.every((cell) => cell !== "–") && /fit-1\.json/.test(await text(page, "#model")), `each parameter has the uncertainty of the last fit, or why it has none: ${uncertain}`);
+    await page.$eval("#answer .pair figure:last-child", (node) => node.scrollIntoView());
+    await page.waitForSelector("#answer .pair figure:last-child canvas");
+    await picture(page, `profiles-${language}`);
     await explain(page);
     await picture(page, `explain-${language}`);
     const best = await page.$eval("[data-add]", (node) => node.dataset.add);
@@ -122,6 +86,18 @@ async function loop(browser, language) {
     await picture(page, `staircase-${language}`);
     if (language === "en") await accessible(page, "identify");
     await tab(page, "identify", 1);
+    if (await page.$("#compensate-take:not([disabled])")) await press(page, "#compensate-take");
+    await press(page, "#compensate-start");
+    await page.waitForSelector("#job-compensate:not([hidden])");
+    await page.waitForSelector("#ripple-fall", { timeout: 120_000 });
+    const factor = await page.$eval("#ripple-fall", (node) => Number(node.dataset.factor));
+    claim(factor > 3, `the compensation on the stand divides the ripple by ${factor.toFixed(1)}`);
+    await picture(page, `compensate-${language}`);
+    if (language === "en") await accessible(page, "compensate");
+    await tab(page, "compensate", 1);
+    if (language === "en") await measurements(page);
+    await picture(page, `measure-${language}`);
+    await tab(page, "measure", 1);
     await type(page, "#console-line", "*IDN?");
     await page.keyboard.press("Enter");
     await page.waitForFunction(() => /Rotary Stand,/.test(document.querySelector("#log").textContent));

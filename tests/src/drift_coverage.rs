@@ -128,7 +128,8 @@ impl DriftCase {
     /// The session fails, or is refused although nothing is wrong.
     pub fn run(&self, seed: u64, table: &mut CoverageTable) -> DriftResult {
         let gyroscope = self.gyroscope(seed);
-        let recording = simulate(gyroscope.clone(), seed, &self.request(), |_| ()).unwrap_or_else(|e| panic!("{} {seed}: {e}", self.name));
+        let recording =
+            simulate(gyroscope.clone(), seed, &self.request(), |_| true).unwrap_or_else(|e| panic!("{} {seed}: {e}", self.name));
         let latitude_deg = gyroscope.site.latitude_rad.to_degrees();
         let measurement = Measurement::of_recording("simulated".to_owned(), &recording, Some(latitude_deg), SetupUncertainties::default());
         let result = measurement.and_then(Measurement::evaluate).unwrap_or_else(|e| panic!("{} {seed}: {e}", self.name));

@@ -49,6 +49,8 @@ pub enum ConnectionError {
 pub trait StandConnection {
     /// Sends a query; the single line of the reply.
     async fn query(&mut self, query: &str) -> Result<String, ConnectionError>;
+    /// Sends a query; the lines of the reply.
+    async fn query_lines(&mut self, query: &str) -> Result<Vec<String>, ConnectionError>;
     /// Sends a command and checks that the stand accepted it.
     async fn command(&mut self, command: &str) -> Result<(), ConnectionError>;
     /// Waits; the rows of the stream that arrived in this time.
@@ -64,6 +66,10 @@ pub trait StandConnection {
 impl StandConnection for SerialLink {
     async fn query(&mut self, query: &str) -> Result<String, ConnectionError> {
         Ok(SerialLink::query(self, query)?)
+    }
+
+    async fn query_lines(&mut self, query: &str) -> Result<Vec<String>, ConnectionError> {
+        Ok(SerialLink::query_lines(self, query)?)
     }
 
     async fn command(&mut self, command: &str) -> Result<(), ConnectionError> {
@@ -197,6 +203,25 @@ impl<L: VirtualLine> SimulatedConnection<L> {
 impl<L: VirtualLine> StandConnection for SimulatedConnection<L> {
     async fn query(&mut self, query: &str) -> Result<String, ConnectionError> {
         self.line(query).await
+    }
+
+    async fn query_lines(&mut self, query: &str) -> Result<Vec<String>, ConnectionError> {
+        let mut lines = vec![self.line(query).await?];
+        // The reply is complete when the stand has nothing more to say.
+        loop {
+            self.pass(0.01).await?;
+            let before = lines.len();
+            self.received.retain_mut(|received| match received {
+                Received::Line(line) => {
+                    lines.push(std::mem::take(line));
+                    false
+                }
+                _ => true,
+            });
+            if lines.len() == before {
+                return Ok(lines);
+            }
+        }
     }
 
     async fn command(&mut self, command: &str) -> Result<(), ConnectionError> {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use embassy_futures::block_on;
 
 use super::error::CliError;
 use super::import::ImportOptions;
@@ -64,7 +65,6 @@ impl From<SelfMeasurementError> for CliError {
 impl From<SerialCompensationError> for CliError {
     fn from(error: SerialCompensationError) -> Self {
         match error {
-            SerialCompensationError::Link(error) => error.into(),
             SerialCompensationError::Connection(error) => error.into(),
             SerialCompensationError::Trial(_)
             | SerialCompensationError::TrialAfter(_)
@@ -146,14 +146,14 @@ impl Compensate {
             Some(model) => {
                 let (model, log) = self.model_and_log(model)?;
                 let turning = spinner("the platform turns to compare the ripple before and after");
-                let result = serial_stand::write_model(&mut link, &model, log.as_ref(), writing);
+                let result = block_on(serial_stand::write_model(&mut link, &model, log.as_ref(), writing));
                 turning.finish_and_clear();
                 ("model", result?)
             }
             None => {
                 let measuring = spinner("the stand measures its cogging");
                 let progress = |progress: &str| measuring.set_message(format!("the stand measures its cogging, {progress}"));
-                let result = serial_stand::measure(&mut link, writing, progress);
+                let result = block_on(serial_stand::measure(&mut link, writing, progress));
                 measuring.finish_and_clear();
                 ("measured", result?)
             }

@@ -233,9 +233,11 @@ fn position(text: &str) -> Result<Orientation, CliError> {
     Ok(Orientation { turned_rad, raised_rad, rolled_rad })
 }
 
-fn show(spinner: &ProgressBar, progress: DriftSessionProgress) {
+/// Shows the progress; a signal ends the program.
+fn show(spinner: &ProgressBar, progress: DriftSessionProgress) -> bool {
     let DriftSessionProgress { visit, visits, position, state } = progress;
     spinner.set_message(format!("visit {visit} of {visits}, position {position} {state}"));
+    true
 }
 
 /// Prints the instruction to turn the gyroscope and waits for the Enter key.

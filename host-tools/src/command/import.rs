@@ -6,9 +6,8 @@ use clap::{Args, Subcommand};
 
 use super::error::CliError;
 use super::output::JsonOutput;
-use crate::log::import::{self, ImportMapping, Statements, file_of};
-use crate::log::{Log, Notes};
-use crate::report::{inspection as report, log_warning};
+use crate::log::import::{self, Statements};
+use crate::report::inspection as report;
 
 /// What the user states about a log of another program; it is remembered in NAME.import.toml beside the log.
 #[derive(Debug, Clone, Default, Args)]
@@ -43,8 +42,8 @@ impl ImportOptions {
         };
         let notes = pairs("--note", &self.note, "\"u_V=at t\"")?;
         // A file may have notes for other programs. One that is typed here is meant for this one.
-        if let Some(warning) = Notes::from(notes.clone()).not_understood().first() {
-            return Err(CliError::Input(format!("--note: {}", log_warning(warning))));
+        if let Some(message) = report::note_not_understood(&notes) {
+            return Err(CliError::Input(format!("--note: {message}")));
         }
         Ok(Statements {
             columns: pairs("--map", &self.map, "speed_rpm=omega_rad_s")?,
@@ -67,26 +66,11 @@ impl ImportOptions {
                 if let Some(question) = report::open_question(&inspection) {
                     return Err(CliError::in_file(&file, question));
                 }
-                keep(&file, &inspection.mapping)?;
+                inspection.accept()?;
             }
         }
         Ok(())
     }
-}
-
-/// Writes the mapping beside the file and reads the file by it; a mapping by which it cannot be read is not kept.
-fn keep(file: &Path, mapping: &ImportMapping) -> Result<PathBuf, CliError> {
-    let before = std::fs::read(file_of(file)).ok();
-    let path = mapping.write_beside(file)?;
-    if let Err(error) = Log::read(file) {
-        // The error of the log says what to do; where the earlier mapping cannot be restored either, the next command says so.
-        let _ = match before {
-            Some(before) => std::fs::write(&path, before),
-            None => std::fs::remove_file(&path),
-        };
-        return Err(error.into());
-    }
-    Ok(path)
 }
 
 /// Examine logs, also those of other programs
@@ -125,7 +109,7 @@ impl Inspect {
             if let Some(open) = report::open_question(&inspection) {
                 return Err(CliError::in_file(&self.file, open));
             }
-            let path = keep(&self.file, &inspection.mapping)?;
+            let path = inspection.accept()?;
             self.json.text(&format!("\nAccepted: written to {}.\n", path.display()))?;
         }
         self.json.json(|| report::json(&inspection))

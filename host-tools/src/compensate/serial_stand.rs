@@ -1,35 +1,29 @@
-//! Compensation of a stand behind a serial port, by console commands that the stand checks.
+//! Compensation of a stand behind a connection, by console commands that the stand checks.
 //!
 //! The settings of the stand are read first, because its firmware converts torque to voltage with them. Harmonics have phases from the
 //! index, so a stand that has not seen its index is rejected. The platform turns before and after the change ([`super::trial`]). If the ripple is larger
 //! after, if the stand rejects a command, or if the second run fails, the previous compensation is restored.
 
-use std::time::Duration;
-
-use embassy_futures::block_on;
 use stand_firmware::compensation::Compensation;
 use stand_firmware::config::ConfigError;
+use stand_firmware::settings::Kept;
 use stand_firmware::speed_loop::Settings;
 
 use super::trial::{Trial, TrialError, measured_ripple, orders_of, trial_rate_rad_s};
 use super::{LearnError, NotCompensated, OrderChange, OrderSpectrum, learn};
-use crate::acquire::connection::ConnectionError;
-use crate::acquire::link::{LinkError, SerialLink};
+use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::preparation::find_index;
 use crate::acquire::settings::{self, SettingsError};
 use crate::log::Log;
 use crate::model::Model;
 
-/// Interval between queries of the state of a measurement.
-const QUERY_INTERVAL: Duration = Duration::from_millis(500);
+/// Interval between queries of the state of a measurement, s.
+const QUERY_INTERVAL_S: f64 = 0.5;
 
 /// Why nothing was written.
 #[derive(Debug, thiserror::Error)]
 pub enum SerialCompensationError {
-    /// The serial line fails, or the stand rejects a command.
-    #[error(transparent)]
-    Link(#[from] LinkError),
-    /// The connection fails.
+    /// The connection fails, or the stand rejects a command.
     #[error(transparent)]
     Connection(#[from] ConnectionError),
     /// The model gives no compensation.
@@ -55,7 +49,7 @@ pub enum SerialCompensationError {
     #[error("{error}; the previous compensation was restored")]
     Restored {
         /// The stand's error.
-        error: LinkError,
+        error: ConnectionError,
     },
     /// The stand's own measurement failed.
     #[error("{port}: {message}")]
@@ -107,8 +101,13 @@ pub struct InForce {
 ///
 /// # Errors
 /// As [`SerialCompensationError`]; the previous compensation is then in force.
-pub fn write_model(link: &mut SerialLink, model: &Model, log: Option<&Log>, writing: Writing) -> Result<InForce, SerialCompensationError> {
-    let kept = settings::read(link)?.kept();
+pub async fn write_model(
+    stand: &mut impl StandConnection,
+    model: &Model,
+    log: Option<&Log>,
+    writing: Writing,
+) -> Result<InForce, SerialCompensationError> {
+    let kept = settings_of(stand).await?;
     let before = kept.settings;
     let learnt = learn(model, log, &before)?;
     let compensation = learnt.compensation;
@@ -116,56 +115,68 @@ pub fn write_model(link: &mut SerialLink, model: &Model, log: Option<&Log>, writ
     let mut after = kept;
     after.settings.compensation = compensation;
     after.config().map_err(|limit| SerialCompensationError::Invalid { model: model.name().to_owned(), limit })?;
-    if !compensation.harmonics.is_empty() && !block_on(find_index(link, false))? {
-        return Err(SerialCompensationError::NoIndex { port: link.name() });
+    if !compensation.harmonics.is_empty() && !find_index(stand, false).await? {
+        return Err(SerialCompensationError::NoIndex { port: stand.name() });
     }
     let orders = orders_of(&before.compensation, &compensation);
-    let ripple = if writing.trial && !orders.is_empty() { Some(ripple(link, &before, writing)?) } else { None };
-    if let Err(error) = write(link, &compensation) {
-        write(link, &before.compensation)?;
+    let ripple = if writing.trial && !orders.is_empty() { Some(ripple(stand, &before, writing).await?) } else { None };
+    if let Err(error) = write(stand, &compensation).await {
+        write(stand, &before.compensation).await?;
         return Err(SerialCompensationError::Restored { error });
     }
-    finish(link, &before, ripple.map(|ripple| (orders, ripple)), writing, learnt.not_compensated)
+    finish(stand, &before, ripple.map(|ripple| (orders, ripple)), writing, learnt.not_compensated).await
+}
+
+/// What the stand keeps: its settings with the compensation in force.
+///
+/// # Errors
+/// The connection fails, or the reply is not understood.
+pub async fn settings_of(stand: &mut impl StandConnection) -> Result<Kept, SerialCompensationError> {
+    Ok(settings::of_reply(stand.query_lines("*LRN?").await?)?.kept())
 }
 
 /// Has the stand measure its cogging and friction; `progress` receives the stand's progress.
 ///
 /// # Errors
 /// The line fails, or the stand's measurement fails.
-pub fn measure(link: &mut SerialLink, writing: Writing, mut progress: impl FnMut(&str)) -> Result<InForce, SerialCompensationError> {
-    let before = settings::read(link)?.kept().settings;
+pub async fn measure(
+    stand: &mut impl StandConnection,
+    writing: Writing,
+    mut progress: impl FnMut(&str),
+) -> Result<InForce, SerialCompensationError> {
+    let before = settings_of(stand).await?.settings;
     // The routine turns the platform anyway; the old harmonics act in the first run only if the index is known.
-    let index = writing.trial && block_on(find_index(link, true))?;
-    let ripple = if index { Some(ripple(link, &before, writing)?) } else { None };
-    link.command("CALibration:COGGing:STARt")?;
+    let index = writing.trial && find_index(stand, true).await?;
+    let ripple = if index { Some(ripple(stand, &before, writing).await?) } else { None };
+    stand.command("CALibration:COGGing:STARt").await?;
     let state = loop {
-        std::thread::sleep(QUERY_INTERVAL);
-        let state = link.query("CALibration:COGGing?")?;
+        stand.wait_s(QUERY_INTERVAL_S).await?;
+        let state = stand.query("CALibration:COGGing?").await?;
         if !state.starts_with("RUNNING") {
             break state;
         }
         if !(writing.goes_on)() {
-            link.command("CALibration:COGGing:ABORt")?;
+            stand.command("CALibration:COGGing:ABORt").await?;
             return Err(SerialCompensationError::Interrupted);
         }
-        progress(&link.query("CALibration:COGGing:PROGress?")?);
+        progress(&stand.query("CALibration:COGGing:PROGress?").await?);
     };
     if !state.starts_with("DONE") {
-        return Err(SerialCompensationError::Measurement { port: link.name(), message: state });
+        return Err(SerialCompensationError::Measurement { port: stand.name(), message: state });
     }
-    let orders = orders_of(&before.compensation, &settings::read(link)?.kept().settings.compensation);
+    let orders = orders_of(&before.compensation, &settings_of(stand).await?.settings.compensation);
     let ripple = ripple.filter(|_| !orders.is_empty());
-    finish(link, &before, ripple.map(|ripple| (orders, ripple)), writing, Vec::new())
+    finish(stand, &before, ripple.map(|ripple| (orders, ripple)), writing, Vec::new()).await
 }
 
-fn ripple(link: &mut SerialLink, settings: &Settings, writing: Writing) -> Result<OrderSpectrum, TrialError> {
+async fn ripple(stand: &mut impl StandConnection, settings: &Settings, writing: Writing) -> Result<OrderSpectrum, TrialError> {
     let rate_rad_s = trial_rate_rad_s(settings.overspeed_rad_s);
-    block_on(measured_ripple(link, rate_rad_s, settings.acceleration_rad_s2, writing.goes_on))
+    measured_ripple(stand, rate_rad_s, settings.acceleration_rad_s2, writing.goes_on).await
 }
 
 /// Compares with the ripple before, restores the previous compensation if it was smaller, saves to flash on request, and reads what is in force.
-fn finish(
-    link: &mut SerialLink,
+async fn finish(
+    stand: &mut impl StandConnection,
     before: &Settings,
     ripple_before: Option<(Vec<u16>, OrderSpectrum)>,
     writing: Writing,
@@ -173,10 +184,10 @@ fn finish(
 ) -> Result<InForce, SerialCompensationError> {
     let mut trial = None;
     if let Some((orders, ripple_before)) = ripple_before {
-        let after = match ripple(link, before, writing) {
+        let after = match ripple(stand, before, writing).await {
             Ok(after) => after,
             Err(error) => {
-                write(link, &before.compensation)?;
+                write(stand, &before.compensation).await?;
                 return Err(SerialCompensationError::TrialAfter(error));
             }
         };
@@ -184,23 +195,26 @@ fn finish(
     }
     let withdrawn = trial.as_ref().and_then(Trial::grown);
     if withdrawn.is_some() {
-        write(link, &before.compensation)?;
+        write(stand, &before.compensation).await?;
     } else if writing.save {
-        link.command("SETTings:SAVE")?;
+        stand.command("SETTings:SAVE").await?;
     }
-    link.command("FORMat:UNITs ON")?;
-    let lines = link.query_lines("COMPensation:LIST?");
-    link.command("FORMat:UNITs OFF")?;
+    stand.command("FORMat:UNITs ON").await?;
+    let lines = stand.query_lines("COMPensation:LIST?").await;
+    stand.command("FORMat:UNITs OFF").await?;
     Ok(InForce { lines: lines?, not_compensated, trial, withdrawn })
 }
 
 /// Sets a compensation.
-fn write(link: &mut SerialLink, compensation: &Compensation) -> Result<(), LinkError> {
-    commands(compensation).iter().try_for_each(|command| link.command(command))
+async fn write(stand: &mut impl StandConnection, compensation: &Compensation) -> Result<(), ConnectionError> {
+    for command in commands(compensation) {
+        stand.command(&command).await?;
+    }
+    Ok(())
 }
 
 /// Commands that set a compensation. Numbers are written in the shortest form that reads back exactly.
-fn commands(compensation: &Compensation) -> Vec<String> {
+pub fn commands(compensation: &Compensation) -> Vec<String> {
     let mut commands = vec![
         "COMPensation:CLEar".to_owned(),
         format!("COMPensation:COULomb {:e} N.M", compensation.coulomb_N_m),

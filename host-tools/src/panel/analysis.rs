@@ -37,7 +37,8 @@ fn read(panel: &Panel, log: &str, model: &str) -> Result<(Log, Model), String> {
     Ok((log, model))
 }
 
-fn write_json(path: &Path, answer: &Value) -> Result<(), String> {
+/// Writes an answer.
+pub fn write_json(path: &Path, answer: &Value) -> Result<(), String> {
     let text = serde_json::to_string_pretty(answer).map_err(words)?;
     files::replace_text(path, &format!("{text}\n")).map_err(|error| format!("{}: {error}", path.display()))
 }
@@ -93,6 +94,7 @@ pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool,
     let sentences: Vec<String> = comparison.misfits.iter().map(|misfit| report::misfit(log.axis(), misfit)).collect();
     describe(&mut json, log_name, model_name, &answer, &model);
     json["sentences"] = sentences.into();
+    json["profiles"] = report::profiles_json(&log, &evaluated.data, &evaluated.result);
     write_json(&panel.session.new_file(&answer).map_err(words)?, &json)?;
     panel.session.note_command(&command(kind, log_name, model_name));
     Ok(answer)
@@ -143,6 +145,7 @@ pub fn explain(panel: &Arc<Panel>, log_name: &str, model_name: &str, job: &Job) 
     let rows = series(&explanation.log, &explanation.data(), &explanation.explained).map_err(words)?;
     rows.write(panel.session.new_file(&series_name(&answer)).map_err(words)?).map_err(words)?;
     describe(&mut json, log_name, model_name, &answer, &model);
+    json["profiles"] = report::profiles_json(&explanation.log, &explanation.data(), &explanation.explained);
     json["text"] = report::explain_text(&explanation, report::Style { colour: false, width: 100 }).into();
     write_json(&panel.session.new_file(&answer).map_err(words)?, &json)?;
     panel.session.note_command(&command("explain", log_name, model_name));

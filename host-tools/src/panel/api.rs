@@ -5,16 +5,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::body::Bytes;
-use axum::extract::{DefaultBodyLimit, FromRequestParts, Query, State};
+use axum::extract::{DefaultBodyLimit, Query, State};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
-use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use drive_model::card;
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use stand_firmware::console::parse::Commands;
 use stand_firmware::profile::{PARAMETERS, ProfileKind};
@@ -22,10 +20,14 @@ use stand_firmware::profile::{PARAMETERS, ProfileKind};
 use super::analysis;
 use super::control::ClientId;
 use super::line::LineError;
+use super::measure_routes;
 use super::parts::Panel;
 use super::recording::{self, RecordRequest};
+use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed};
+use super::{export, import};
 use crate::files;
 use crate::log::Log;
+use crate::log::import::ENDINGS;
 use crate::model::{Model, SummingPoint};
 use crate::report;
 
@@ -35,35 +37,6 @@ const MAX_BODY: usize = 1 << 20;
 const MAX_EXPRESSION: usize = 1000;
 /// Time for the reply of the stand.
 const REPLY_TIMEOUT: Duration = Duration::from_millis(1500);
-
-/// Why a request failed: one line for the person.
-struct ApiError(StatusCode, String);
-
-impl<E: std::fmt::Display> From<E> for ApiError {
-    fn from(error: E) -> Self {
-        ApiError(StatusCode::UNPROCESSABLE_ENTITY, error.to_string())
-    }
-}
-
-impl IntoResponse for ApiError {
-    fn into_response(self) -> Response {
-        (self.0, Json(json!({ "error": self.1 }))).into_response()
-    }
-}
-
-type Answer = Result<Json<Value>, ApiError>;
-type Shared = State<Arc<Panel>>;
-
-/// The token has been checked. As an argument of every handler it comes before the body is read.
-struct Admitted;
-
-impl FromRequestParts<Arc<Panel>> for Admitted {
-    type Rejection = StatusCode;
-
-    async fn from_request_parts(parts: &mut Parts, panel: &Arc<Panel>) -> Result<Self, StatusCode> {
-        panel.gate.check_token(&parts.headers).map(|()| Admitted)
-    }
-}
 
 /// The routes below `/api`.
 pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
@@ -81,33 +54,22 @@ pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
         .route("/effects", get(effects))
         .route("/effect", get(effect))
         .route("/profiles", get(profiles))
+        .merge(import::routes())
+        .merge(export::routes())
+        .merge(measure_routes::routes())
         .fallback(|_: Admitted| async { StatusCode::NOT_FOUND })
         .layer(DefaultBodyLimit::max(MAX_BODY))
         .with_state(panel)
 }
 
-/// A body of JSON; its errors are one line.
-fn parsed<T: DeserializeOwned>(body: &Bytes) -> Result<T, ApiError> {
-    serde_json::from_slice(body).map_err(|error| ApiError(StatusCode::BAD_REQUEST, format!("request: {error}")))
-}
-
-/// Runs a computation off the async threads.
-async fn blocking<T: Send + 'static>(work: impl FnOnce() -> Result<T, ApiError> + Send + 'static) -> Result<T, ApiError> {
-    tokio::task::spawn_blocking(work).await?
-}
-
-#[derive(Deserialize)]
-struct Name {
-    name: String,
-}
-
 async fn session(_: Admitted, State(panel): Shared) -> Answer {
     blocking(move || {
         let session = &panel.session;
-        let logs = session.files(&[".csv", ".parquet"]);
-        let logs: Vec<_> = logs.into_iter().filter(|file| !file.name.contains("-series.")).collect();
         let answers = session.files(&[".json"]);
-        Ok(Json(json!({"folder": session.folder(), "logs": logs, "models": session.files(&[".toml"]), "answers": answers})))
+        Ok(Json(json!({
+            "folder": session.folder(), "logs": session.logs(), "models": session.models(), "answers": answers,
+            "max_upload_bytes": import::MAX_UPLOAD, "log_endings": ENDINGS
+        })))
     })
     .await
 }
@@ -166,7 +128,7 @@ async fn record(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     panel.hub.note(&prepared.command, &[], &[]);
     panel.session.note_command(&prepared.command);
     let shared = panel.clone();
-    let number = panel.jobs.start("record", move |job| recording::run(&shared, &prepared, job))?;
+    let number = panel.jobs.start_at_stand("record", move |job| recording::run(&shared, &prepared, job))?;
     Ok(Json(json!({"job": number})))
 }
 

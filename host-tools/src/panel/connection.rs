@@ -52,6 +52,14 @@ impl StandConnection for PanelConnection {
         }
     }
 
+    async fn query_lines(&mut self, query: &str) -> Result<Vec<String>, ConnectionError> {
+        let reply = self.exchange(query)?;
+        match reply.errors.into_iter().next() {
+            Some(message) => Err(LinkError::Rejected { command: query.to_owned(), message }.into()),
+            None => Ok(reply.lines.into_iter().filter(|line| !line.is_empty()).collect()),
+        }
+    }
+
     async fn command(&mut self, command: &str) -> Result<(), ConnectionError> {
         match self.exchange(command)?.errors.into_iter().next() {
             Some(message) => Err(LinkError::Rejected { command: command.to_owned(), message }.into()),

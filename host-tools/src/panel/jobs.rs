@@ -4,12 +4,20 @@
 //! [`CANCELLED`], which its deadline watches.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use serde::Serialize;
 
 /// Ends the computation that runs. Static, as [`crate::identify::deadline::Deadline`] requires; there is one panel in a process and one job in a panel.
 pub static CANCELLED: AtomicBool = AtomicBool::new(false);
+
+/// Interval between looks for the reply of a person.
+const REPLY_INTERVAL: Duration = Duration::from_millis(50);
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// A job, as the page shows it.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -20,8 +28,14 @@ pub struct JobState {
     pub kind: String,
     /// It runs.
     pub is_running: bool,
+    /// It has the stand: its commands and its stream are the job's.
+    pub uses_stand: bool,
     /// Stage in words.
     pub stage: String,
+    /// Number of the step of a session, from 1; 0: none.
+    pub step: usize,
+    /// What the person at the page is asked to do, before the job goes on; empty: nothing.
+    pub asks: String,
     /// Completed fraction, 0 … 1; `None`: unknown.
     pub fraction: Option<f64>,
     /// Why it failed; empty: it did not.
@@ -34,6 +48,8 @@ pub struct JobState {
 #[derive(Clone)]
 pub struct Jobs {
     state: Arc<Mutex<JobState>>,
+    /// The reply to [`JobState::asks`].
+    reply: Arc<Mutex<Option<String>>>,
     changed: Arc<dyn Fn(JobState) + Send + Sync>,
 }
 
@@ -47,6 +63,26 @@ impl Job {
         self.0.change(|state| (state.stage, state.fraction) = (stage.to_owned(), fraction));
     }
 
+    /// Shows the step of a session.
+    pub fn step(&self, number: usize) {
+        self.0.change(|state| state.step = number);
+    }
+
+    /// Asks the person at the page to do something and waits for the reply; `None`: the job was cancelled.
+    pub fn ask(&self, instruction: &str) -> Option<String> {
+        locked(&self.0.reply).take();
+        self.0.change(|state| state.asks = instruction.to_owned());
+        let reply = loop {
+            let reply = locked(&self.0.reply).take();
+            if reply.is_some() || self.is_cancelled() {
+                break reply;
+            }
+            std::thread::sleep(REPLY_INTERVAL);
+        };
+        self.0.change(|state| state.asks.clear());
+        reply
+    }
+
     /// It has been cancelled.
     pub fn is_cancelled(&self) -> bool {
         CANCELLED.load(Ordering::Relaxed)
@@ -56,32 +92,49 @@ impl Job {
 impl Jobs {
     /// No job; `changed` receives each new state.
     pub fn new(changed: impl Fn(JobState) + Send + Sync + 'static) -> Self {
-        Jobs { state: Arc::default(), changed: Arc::new(changed) }
+        Jobs { state: Arc::default(), reply: Arc::default(), changed: Arc::new(changed) }
     }
 
     /// The state now.
     pub fn state(&self) -> JobState {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        locked(&self.state).clone()
     }
 
-    /// A recording has the stream.
-    pub fn is_recording(&self) -> bool {
-        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        state.is_running && state.kind == "record"
+    /// A job has the stream.
+    pub fn has_stream(&self) -> bool {
+        let state = locked(&self.state);
+        state.is_running && state.uses_stand
     }
 
-    /// Starts `work`, which returns the name of its answer; `Err`: another job runs, or the system has no thread.
+    /// Starts a computation, which returns the name of its answer.
     ///
     /// # Errors
-    /// In words for the page.
+    /// In words for the page: another job runs, or the system has no thread.
     pub fn start(&self, kind: &str, work: impl FnOnce(&Job) -> Result<String, String> + Send + 'static) -> Result<u64, String> {
+        self.begin(kind, false, work)
+    }
+
+    /// Starts work at the stand, which has the stream until its end.
+    ///
+    /// # Errors
+    /// As [`Jobs::start`].
+    pub fn start_at_stand(&self, kind: &str, work: impl FnOnce(&Job) -> Result<String, String> + Send + 'static) -> Result<u64, String> {
+        self.begin(kind, true, work)
+    }
+
+    fn begin(
+        &self,
+        kind: &str,
+        uses_stand: bool,
+        work: impl FnOnce(&Job) -> Result<String, String> + Send + 'static,
+    ) -> Result<u64, String> {
         let number = {
-            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut state = locked(&self.state);
             if state.is_running {
                 return Err(format!("another job runs ({}); cancel it or wait for its end", state.kind));
             }
             CANCELLED.store(false, Ordering::Relaxed);
-            *state = JobState { number: state.number + 1, kind: kind.to_owned(), is_running: true, ..JobState::default() };
+            *state = JobState { number: state.number + 1, kind: kind.to_owned(), is_running: true, uses_stand, ..JobState::default() };
             state.number
         };
         (self.changed)(self.state());
@@ -108,13 +161,18 @@ impl Jobs {
         }
     }
 
+    /// The person at the page has done what the job asks.
+    pub fn reply(&self, text: String) {
+        *locked(&self.reply) = Some(text);
+    }
+
     /// Cancels the job that runs.
     pub fn cancel(&self) {
         CANCELLED.store(true, Ordering::Relaxed);
     }
 
     fn change(&self, change: impl FnOnce(&mut JobState)) {
-        change(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner));
+        change(&mut locked(&self.state));
         (self.changed)(self.state());
     }
 }

@@ -77,7 +77,8 @@ pub trait LineObserver: Send {
 
 /// A line to send.
 struct Request {
-    client: ClientId,
+    /// The page that has to drive if the line has a command of a program that drives; `None`: the panel itself, which then restores settings.
+    client: Option<ClientId>,
     line: String,
     timeout: Duration,
     reply: SyncSender<Result<Reply, LineError>>,
@@ -167,6 +168,18 @@ impl Line {
     /// # Errors
     /// The line is down, the client may not drive, or a stop discarded the line.
     pub fn exchange(&self, client: ClientId, line: &str, timeout: Duration) -> Result<Reply, LineError> {
+        self.request(Some(client), line, timeout)
+    }
+
+    /// Sends a line that sets nothing in motion for the panel itself, without the control: settings are restored after a stop.
+    ///
+    /// # Errors
+    /// The line is down, or a stop discarded the line.
+    pub fn restore(&self, line: &str, timeout: Duration) -> Result<Reply, LineError> {
+        self.request(None, line, timeout)
+    }
+
+    fn request(&self, client: Option<ClientId>, line: &str, timeout: Duration) -> Result<Reply, LineError> {
         let down = || LineError::Down("the line to the stand is closed".to_owned());
         let (reply, answer) = mpsc::sync_channel(1);
         self.requests.send(Request { client, line: line.to_owned(), timeout, reply }).map_err(|_| down())?;
@@ -347,11 +360,13 @@ impl Owner {
             let _ = request.reply.send(Err(LineError::Down(message)));
             return Ok(());
         }
-        if drives(&request.line) {
+        if let Some(client) = request.client
+            && drives(&request.line)
+        {
             // One lock for check and arming: a lease that expires in between would leave the drive unsupervised.
             let checked = {
                 let mut control = locked(&self.shared.control);
-                control.check(request.client, now).map(|()| control.arm())
+                control.check(client, now).map(|()| control.arm())
             };
             if let Err(error) = checked {
                 let _ = request.reply.send(Err(error.into()));

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::log::import::{ENDINGS, file_of};
 use crate::model::{Input, Model};
 
 /// Longest name of a file.
@@ -98,7 +99,7 @@ impl Session {
             && !name.starts_with('.')
             && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_'));
         if !is_plain {
-            return Err(SessionError::Name(name.chars().take(MAX_NAME).collect()));
+            return Err(SessionError::Name(name.chars().take(MAX_NAME).flat_map(char::escape_debug).collect()));
         }
         let path = self.folder.join(name);
         match path.symlink_metadata() {
@@ -118,6 +119,14 @@ impl Session {
             .unwrap_or_else(|| format!("{stem}.{ending}"))
     }
 
+    /// A name `STEM-N` that no folder has, nor a file with an ending.
+    pub fn free_folder(&self, stem: &str) -> String {
+        let is_free = |name: &String| {
+            ["", ".json", ".html", ".parquet"].iter().all(|ending| self.folder.join(format!("{name}{ending}")).symlink_metadata().is_err())
+        };
+        (1_u32..).map(|k| format!("{stem}-{k}")).find(is_free).unwrap_or_else(|| stem.to_owned())
+    }
+
     /// Files whose names end with one of these endings, by name.
     pub fn files(&self, endings: &[&str]) -> Vec<SessionFile> {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
@@ -131,6 +140,26 @@ impl Session {
             })
             .collect();
         files.sort_by(|a, b| a.name.cmp(&b.name));
+        files
+    }
+
+    /// The logs: recordings, and files of other programs once their import file exists. The series of answers are not among them.
+    pub fn logs(&self) -> Vec<SessionFile> {
+        let endings: Vec<String> = ENDINGS.iter().map(|ending| format!(".{ending}")).collect();
+        let endings: Vec<&str> = endings.iter().map(String::as_str).collect();
+        let is_own = |name: &str| name.ends_with(".csv") || name.ends_with(".parquet");
+        let is_imported = |name: &str| file_of(&self.folder.join(name)).is_file();
+        let is_series =
+            |name: &str| name.strip_suffix("-series.parquet").is_some_and(|answer| self.folder.join(format!("{answer}.json")).is_file());
+        let mut files = self.files(&endings);
+        files.retain(|file| (is_own(&file.name) || is_imported(&file.name)) && !is_series(&file.name));
+        files
+    }
+
+    /// The models.
+    pub fn models(&self) -> Vec<SessionFile> {
+        let mut files = self.files(&[".toml"]);
+        files.retain(|file| !file.name.ends_with(".import.toml"));
         files
     }
 

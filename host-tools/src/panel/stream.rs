@@ -44,7 +44,7 @@ pub fn keep(line: Line, jobs: Jobs) -> StreamKeeper {
             match rows.recv_timeout(SILENCE) {
                 Ok(_) => while rows.try_recv().is_ok() {},
                 Err(RecvTimeoutError::Disconnected) => return,
-                Err(RecvTimeoutError::Timeout) if jobs.is_recording() => {}
+                Err(RecvTimeoutError::Timeout) if jobs.has_stream() => {}
                 Err(RecvTimeoutError::Timeout) => {
                     // A failure shows in the state of the line; the next silence is the next attempt.
                     let _ = COMMANDS.iter().try_for_each(|command| line.exchange(NOBODY, command, REPLY_TIMEOUT).map(drop));

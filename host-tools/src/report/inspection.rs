@@ -6,8 +6,8 @@ use serde_json::Value;
 use super::json::value;
 use super::log_warning::log_warning;
 use super::numbers::{grouped, plain};
-use crate::log::Axis;
 use crate::log::import::{Belief, ColumnInspection, Evidence, Inspection, Question};
+use crate::log::{Axis, Notes};
 
 /// Jitter below which the times are even, part of the interval.
 const MIN_JITTER: f64 = 1e-4;
@@ -143,6 +143,11 @@ pub fn open_question(inspection: &Inspection) -> Option<String> {
     }
     let all: Vec<String> = inspection.questions.iter().map(sentence).collect();
     (!all.is_empty()).then(|| all.join("; "))
+}
+
+/// The first of these notes that is not understood, in one line.
+pub fn note_not_understood(notes: &[(String, String)]) -> Option<String> {
+    Notes::from(notes.to_vec()).not_understood().first().map(log_warning)
 }
 
 /// The command that accepts the file with probable answers to what is open.

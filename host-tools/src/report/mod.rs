@@ -39,7 +39,7 @@ pub mod uncertainty;
 pub mod units;
 
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
-pub use comparison::{Comparison, compare_json, fit_json, html as comparison_html, text as comparison_text};
+pub use comparison::{Comparison, compare_json, fit_json, html as comparison_html, profiles_json, text as comparison_text};
 pub use defects::defect;
 pub use explanation::{explain_bad_log_json, explain_html, explain_json, explain_text};
 pub use log_warning::log_warning;

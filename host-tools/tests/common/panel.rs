@@ -46,16 +46,23 @@ impl Panel {
 
     /// A request of the page: the status and the JSON of the answer.
     pub fn request(&self, method: &str, path: &str, body: &str) -> (u16, Value) {
+        self.request_bytes(method, path, body.as_bytes())
+    }
+
+    /// The same with a body of bytes.
+    pub fn request_bytes(&self, method: &str, path: &str, body: &[u8]) -> (u16, Value) {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         let host = self.host();
         let head = format!(
-            "{method} /api/{path} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nAuthorization: Bearer {}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n{body}",
+            "{method} /api/{path} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nAuthorization: Bearer {}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n",
             self.token,
             body.len()
         );
         stream.write_all(head.as_bytes()).unwrap();
+        // A body that is too large is refused before it has been sent.
+        let _ = stream.write_all(body);
         let mut response = Vec::new();
-        stream.read_to_end(&mut response).unwrap();
+        let _ = stream.read_to_end(&mut response);
         let response = String::from_utf8_lossy(&response).into_owned();
         let (head, body) = response.split_once("\r\n\r\n").unwrap_or((&response, ""));
         (head[9..12].parse().unwrap(), serde_json::from_str(body).unwrap_or(Value::Null))

@@ -205,6 +205,17 @@ impl Log {
         written.map_err(|e| LogError::new(path, LogErrorKind::Write(e)))
     }
 
+    /// As [`Log::write`], into a file that does not exist.
+    ///
+    /// # Errors
+    /// As [`Log::write`]; the file exists.
+    pub fn write_new(&self, path: impl AsRef<Path>) -> Result<(), LogError> {
+        let path = path.as_ref();
+        let format = Format::of(path)?;
+        let written = files::create_new(path, |file| BlockWriter::new(format, file, self)?.finish());
+        written.map_err(|e| LogError::new(path, LogErrorKind::Write(e)))
+    }
+
     /// Path that the log was read from, or its given name.
     pub fn path(&self) -> &Path {
         &self.path

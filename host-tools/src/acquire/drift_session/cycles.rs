@@ -221,7 +221,7 @@ fn trace(samples: &[Option<(f64, f64)>]) -> CycleTrace {
 }
 
 /// Runs the cycles in position `number` with pulses of `rate_rad_s`, which was sent before; `begin_s` is the time of the session, for cycles without rows;
-/// `on_state` receives the state of the firmware.
+/// `on_state` receives the state of the firmware and returns false to interrupt, after which there is no data.
 ///
 /// # Errors
 /// The serial line; the stand rejects to start.
@@ -231,8 +231,8 @@ pub async fn measure(
     position: Orientation,
     rate_rad_s: f64,
     begin_s: f64,
-    mut on_state: impl FnMut(&str),
-) -> Result<PositionData, ConnectionError> {
+    mut on_state: impl FnMut(&str) -> bool,
+) -> Result<Option<PositionData>, ConnectionError> {
     stand.command(&format!("DRIFt:POSition {number}")).await?;
     stand.command("DRIFt:STARt").await?;
     let mut data = PositionData::default();
@@ -255,9 +255,11 @@ pub async fn measure(
             data.end_s = elapsed_s;
             data.rows.extend(stand.wait_s(POLL_S).await?.iter().map(row_values));
             data.add_traces();
-            return Ok(data);
+            return Ok(Some(data));
         }
-        on_state(&state);
+        if !on_state(&state) {
+            return Ok(None);
+        }
         data.rows.extend(stand.wait_s(POLL_S).await?.iter().map(row_values));
         elapsed_s += POLL_S;
     }

@@ -153,6 +153,9 @@ pub enum DriftSessionError {
         /// Position error, rad.
         error_rad: f64,
     },
+    /// Interrupted by the user.
+    #[error("interrupted by the user")]
+    Interrupted,
     /// The operator did not confirm a position.
     #[error("{0}")]
     NotTurned(String),
@@ -164,7 +167,7 @@ pub enum DriftSessionError {
     Incomplete,
 }
 
-/// Measures in all positions of one stand. `turn` brings the gyroscope into a position; `progress` receives the state.
+/// Measures in all positions of one stand. `turn` brings the gyroscope into a position; `progress` receives the state and returns false to interrupt the session.
 ///
 /// # Errors
 /// As [`DriftSessionError`].
@@ -172,7 +175,7 @@ pub async fn measure<S: StandConnection>(
     stand: &mut S,
     request: &DriftSessionRequest,
     turn: impl AsyncFn(&Orientation, &mut S) -> Result<(), DriftSessionError>,
-    progress: impl Fn(DriftSessionProgress),
+    progress: impl Fn(DriftSessionProgress) -> bool,
 ) -> Result<DriftRecording, DriftSessionError> {
     if let Some(fault) = latched_fault(stand).await? {
         return Err(DriftSessionError::Fault(fault));
@@ -201,7 +204,9 @@ pub async fn measure<S: StandConnection>(
             present = Some(*position);
         }
         let report = |state: &str| progress(DriftSessionProgress { visit: k + 1, visits: visits.len(), position: position + 1, state });
-        report("");
+        if !report("") {
+            return interrupt(stand, request.turn_by_drive).await;
+        }
         all.row_positions.push((all.rows.len(), *place));
         let mut rates = request.rates_rad_s.clone();
         if request.is_reversed(k) {
@@ -214,6 +219,7 @@ pub async fn measure<S: StandConnection>(
                 set = Some(wanted);
             }
             let data = cycles::measure(stand, *position as u32 + 1, *place, rate_rad_s, end_s, report).await?;
+            let Some(data) = data else { return interrupt(stand, request.turn_by_drive).await };
             end_s = data.end_s;
             all.cycles.extend(data.cycles);
             if request.keep_rows {
@@ -228,6 +234,16 @@ pub async fn measure<S: StandConnection>(
     Ok(all)
 }
 
+/// Ends the session before its time.
+async fn interrupt<T>(stand: &mut impl StandConnection, turn_by_drive: bool) -> Result<T, DriftSessionError> {
+    stand.command("DRIFt:ABORt").await?;
+    if turn_by_drive {
+        stand.command("OUTPut OFF").await?;
+    }
+    stand.command("STReam OFF").await?;
+    Err(DriftSessionError::Interrupted)
+}
+
 /// Measures on the simulated stand with this gyroscope, in virtual time; `seed` is the seed of the noise.
 ///
 /// # Errors
@@ -236,7 +252,7 @@ pub fn simulate(
     gyroscope: SingleAxis,
     seed: u64,
     request: &DriftSessionRequest,
-    progress: impl Fn(DriftSessionProgress),
+    progress: impl Fn(DriftSessionProgress) -> bool,
 ) -> Result<DriftRecording, DriftSessionError> {
     let clock = VirtualClock::default();
     let controller = Controller::new(&clock, &StandSetup::default(), LinearMotor::default(), flash(seed), seed)?

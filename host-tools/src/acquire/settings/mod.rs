@@ -178,7 +178,14 @@ pub struct Imported {
 /// # Errors
 /// The line fails, or the reply is not understood.
 pub fn read(link: &mut SerialLink) -> Result<StandSettings, SettingsError> {
-    let lines = link.query_lines("*LRN?")?;
+    of_reply(link.query_lines("*LRN?")?)
+}
+
+/// The settings that the reply to `*LRN?` states.
+///
+/// # Errors
+/// A line is not understood.
+pub fn of_reply(lines: Vec<String>) -> Result<StandSettings, SettingsError> {
     let mut found = StandSettings { settings: Vec::new(), harmonics: Vec::new(), observer: ObserverParameters::default() };
     for line in lines {
         found.take(&line).ok_or(SettingsError::Reply { line })?;

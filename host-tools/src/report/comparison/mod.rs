@@ -11,12 +11,14 @@ mod html;
 mod json;
 mod misfit_plots;
 mod parameters;
+mod profiles;
 mod text;
 pub mod words;
 
 pub use html::html;
 pub use json::{compare_json, fit_json};
 pub use parameters::{Determination, ParameterRow};
+pub use profiles::profiles_json;
 pub use text::text;
 
 use super::log_warnings;

@@ -7,6 +7,7 @@ use super::mapping::{self, ImportMapping, Statements, file_of};
 use super::questions::{self, Question};
 use super::table::{Dialect, TableColumn};
 use super::{read, read_table};
+use crate::files;
 use crate::log::error::LogError;
 use crate::log::warning::LogWarning;
 use crate::log::{Log, Selection, intervals, known, quantization};
@@ -135,6 +136,27 @@ pub fn inspect(path: &Path, stated: &Statements) -> Result<Inspection, LogError>
         refusal,
         rate_over_derivative,
     })
+}
+
+impl Inspection {
+    /// Writes the import file, by which [`Log::read`] reads the log from then on; its path. The log is read once, so that what cannot be read is found now.
+    ///
+    /// # Errors
+    /// The file system fails, or the log cannot be read by the mapping: an earlier import file then stays.
+    pub fn accept(&self) -> Result<PathBuf, LogError> {
+        let file = file_of(&self.path);
+        let before = std::fs::read_to_string(&file).ok();
+        let written = self.mapping.write_beside(&self.path)?;
+        if let Err(error) = Log::read(&self.path) {
+            // The reading failed; that is what the user must know, whatever the file system says now.
+            let _ = match before {
+                Some(text) => files::replace_text(&file, &text),
+                None => std::fs::remove_file(&file),
+            };
+            return Err(error);
+        }
+        Ok(written)
+    }
 }
 
 impl TimingInspection {

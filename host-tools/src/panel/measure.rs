@@ -1,0 +1,404 @@
+//! The other measurements from the page: Allan deviation, drift session, calibration session, each by the library's own functions, with the files that the command line writes.
+//!
+//! A drift and a calibration session run on the stand of the panel, or on the simulated stand in virtual time, as the commands do without `--port`.
+
+use std::path::Path;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use embassy_futures::block_on;
+use hal_sim::gyro::{Orientation, SingleAxis};
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::analysis::write_json;
+use super::connection::PanelConnection;
+use super::control::ClientId;
+use super::jobs::Job;
+use super::parts::Panel;
+use crate::acquire::calibration_session::error::RunError;
+use crate::acquire::calibration_session::journal::{JOURNAL_FILE, write_atomically};
+use crate::acquire::calibration_session::run::{Operator, Progress, run_session};
+use crate::acquire::calibration_session::simulated::{simulate, stand_with_dut};
+use crate::acquire::calibration_session::{DutKind, Mounting, PreparedSession, SessionChanges};
+use crate::acquire::drift_session::{self, CyclePlan, DriftSessionError, DriftSessionProgress, DriftSessionRequest, VisitOrder};
+use crate::allan::{Request as AllanDeviation, Taus};
+use crate::calibrate::record::{self, RecordError};
+use crate::calibrate::stored_record::RECORD_FILE;
+use crate::drift::error::within;
+use crate::drift::inequality::check_amplitudes;
+use crate::drift::measurement::{Measurement, SetupUncertainties};
+use crate::files;
+use crate::report::json::value;
+use crate::report::units::Units;
+use crate::report::{allan as allan_report, calibration as calibration_report, drift as drift_report};
+
+/// Most positions of a drift session.
+const MAX_POSITIONS: usize = 24;
+/// Longest serial number or name of an operator, characters.
+const MAX_TEXT: usize = 100;
+/// Interval between looks at the switch that cancels.
+const CANCEL_INTERVAL: Duration = Duration::from_millis(50);
+
+fn words(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+/// Runs a computation that has no switch of its own. A cancelled one is abandoned: its thread ends by itself and its result is dropped.
+fn cancellable<T: Send + 'static>(job: &Job, work: impl FnOnce() -> T + Send + 'static) -> Result<T, String> {
+    let (done, result) = mpsc::channel();
+    std::thread::Builder::new().name("computation".to_owned()).spawn(move || drop(done.send(work()))).map_err(words)?;
+    loop {
+        match result.recv_timeout(CANCEL_INTERVAL) {
+            Ok(result) => return Ok(result),
+            Err(RecvTimeoutError::Timeout) if job.is_cancelled() => return Err("cancelled".to_owned()),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Err("the analysis failed with an internal error".to_owned()),
+        }
+    }
+}
+
+/// Writes the answer and its report as `NAME.json` and `NAME.html`; the name of the first.
+fn write_answer(panel: &Panel, name: &str, answer: &Value, html: &str) -> Result<String, String> {
+    let json = format!("{name}.json");
+    let page = panel.session.new_file(&format!("{name}.html")).map_err(words)?;
+    files::replace_text(&page, html).map_err(|error| format!("{}: {error}", page.display()))?;
+    write_json(&panel.session.new_file(&json).map_err(words)?, answer)?;
+    Ok(json)
+}
+
+/// A word of a shell command.
+fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', r"'\''"))
+}
+
+/// Where a session runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Place {
+    /// On a simulated stand of its own, in virtual time.
+    Simulated,
+    /// On the stand of the panel, which the page drives.
+    Stand,
+}
+
+impl Place {
+    /// The page has to drive the stand that it uses.
+    fn check(self, panel: &Panel, client: ClientId) -> Result<(), String> {
+        match self {
+            Place::Simulated => Ok(()),
+            Place::Stand => panel.line.control().check(client, Instant::now()).map_err(words),
+        }
+    }
+
+    /// The option of the command.
+    fn option(self, panel: &Panel) -> String {
+        match self {
+            Place::Simulated => String::new(),
+            Place::Stand => format!(" --port {}", panel.line.name()),
+        }
+    }
+}
+
+/// The Allan deviation of a column of a log.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AllanRequest {
+    log: String,
+    column: String,
+    from_s: Option<f64>,
+    to_s: Option<f64>,
+}
+
+/// A job that is ready to run: its command and the name of its answer.
+pub struct Prepared<T> {
+    /// The command that does the same in a shell.
+    pub command: String,
+    /// It uses the stand of the panel.
+    pub uses_stand: bool,
+    name: String,
+    work: T,
+}
+
+impl AllanRequest {
+    /// Checks the request.
+    ///
+    /// # Errors
+    /// In words.
+    pub fn prepare(self, panel: &Panel) -> Result<Prepared<AllanDeviation>, String> {
+        let log = panel.session.existing(&self.log).map_err(words)?;
+        let name = panel.session.free_folder("allan");
+        let mut command = format!("stand allan {} --column {}", self.log, quoted(&self.column));
+        for (option, value) in [("from", self.from_s), ("to", self.to_s)] {
+            command += &value.map_or(String::new(), |value| format!(" --{option} {value}"));
+        }
+        command += &format!(" --json {name}.json --html {name}.html");
+        let work =
+            AllanDeviation { log, column: self.column, from_s: self.from_s, to_s: self.to_s, taus: Taus::Octave, interpretation: None };
+        Ok(Prepared { command, uses_stand: false, name, work })
+    }
+}
+
+/// Computes the deviation; the name of the answer.
+///
+/// # Errors
+/// In words.
+pub fn allan(panel: &Panel, prepared: Prepared<AllanDeviation>, job: &Job) -> Result<String, String> {
+    job.stage("computing the deviations", None);
+    let answer = cancellable(job, move || prepared.work.answer())?.map_err(words)?;
+    let display = allan_report::Display::new(&answer, Units::default());
+    let mut json = allan_report::json(&answer, &display);
+    json["text"] = allan_report::text(&answer, &display).into();
+    write_answer(panel, &prepared.name, &json, &allan_report::html(&answer, &display))
+}
+
+/// A drift session.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriftRequest {
+    client: ClientId,
+    place: Place,
+    /// Cycles in each position at each rate.
+    cycles: u32,
+    /// Duration of a pulse, s.
+    pulse_s: f64,
+    /// Time with closed correction loop before each cycle, s.
+    rest_s: f64,
+    /// Largest rates of the pulses, °/s.
+    rates_deg_s: Vec<f64>,
+    /// Positions: degrees turned.
+    positions_deg: Vec<f64>,
+    /// Latitude, degrees; of a simulated gyroscope it is known.
+    latitude_deg: Option<f64>,
+    #[serde(default)]
+    seed: u64,
+}
+
+/// A checked drift session.
+pub struct PreparedDrift {
+    client: ClientId,
+    place: Place,
+    request: DriftSessionRequest,
+    latitude_deg: Option<f64>,
+    seed: u64,
+}
+
+impl DriftRequest {
+    /// Checks the request.
+    ///
+    /// # Errors
+    /// In words.
+    pub fn prepare(self, panel: &Panel) -> Result<Prepared<PreparedDrift>, String> {
+        self.place.check(panel, self.client)?;
+        within("cycles", self.cycles.into(), 1.0, 1000.0).map_err(words)?;
+        within("pulse_s", self.pulse_s, 1e-3, 60.0).map_err(words)?;
+        within("rest_s", self.rest_s, 1e-3, 1e5).map_err(words)?;
+        within("number of rates", self.rates_deg_s.len() as f64, 1.0, 4.0).map_err(words)?;
+        for rate in &self.rates_deg_s {
+            within("rates_deg_s", *rate, 1e-6, 100.0).map_err(words)?;
+        }
+        check_amplitudes(&self.rates_deg_s).map_err(words)?;
+        within("number of positions", self.positions_deg.len() as f64, 1.0, MAX_POSITIONS as f64).map_err(words)?;
+        for position in &self.positions_deg {
+            within("positions_deg", *position, -360.0, 360.0).map_err(words)?;
+        }
+        if let Some(latitude) = self.latitude_deg {
+            within("latitude_deg", latitude, -90.0, 90.0).map_err(words)?;
+        }
+        let name = panel.session.free_folder("drift");
+        let list = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+        let mut command = format!(
+            "stand drift run{} --cycles {} --pulse {} --rest {} --rate {} --positions {} --seed {}",
+            self.place.option(panel),
+            self.cycles,
+            self.pulse_s,
+            self.rest_s,
+            list(&self.rates_deg_s),
+            list(&self.positions_deg),
+            self.seed
+        );
+        command += &self.latitude_deg.map_or(String::new(), |latitude| format!(" --latitude {latitude}"));
+        command += &format!(" --out {name}.parquet --json {name}.json --html {name}.html");
+        let request = DriftSessionRequest {
+            plan: CyclePlan {
+                shape: "RECTangular",
+                reversed: false,
+                sequence: "BOTH",
+                pulse_s: self.pulse_s,
+                period_s: 0.02,
+                rest_s: self.rest_s,
+                cycles: self.cycles,
+            },
+            rates_rad_s: self.rates_deg_s.iter().map(|rate| rate.to_radians()).collect(),
+            positions: self
+                .positions_deg
+                .iter()
+                .map(|deg| Orientation { turned_rad: deg.to_radians(), ..Orientation::default() })
+                .collect(),
+            order: VisitOrder::Abba,
+            rounds: 2,
+            turn_by_drive: false,
+            keep_rows: true,
+        };
+        let Self { client, place, latitude_deg, seed, .. } = self;
+        let uses_stand = place == Place::Stand;
+        Ok(Prepared { command, uses_stand, name, work: PreparedDrift { client, place, request, latitude_deg, seed } })
+    }
+}
+
+/// Runs the session; the name of the answer.
+///
+/// # Errors
+/// In words.
+pub fn drift(panel: &Panel, prepared: &Prepared<PreparedDrift>, job: &Job) -> Result<String, String> {
+    let PreparedDrift { client, place, request, latitude_deg, seed } = &prepared.work;
+    let show = |DriftSessionProgress { visit, visits, position, state }: DriftSessionProgress| {
+        let stage = format!("visit {visit} of {visits}, position {position} {state}");
+        job.stage(&stage, Some((visit - 1) as f64 / visits as f64));
+        !job.is_cancelled()
+    };
+    let (recording, source, latitude_deg) = match place {
+        Place::Simulated => {
+            let gyroscope = SingleAxis::default();
+            let latitude_deg = latitude_deg.unwrap_or(gyroscope.site.latitude_rad.to_degrees());
+            (drift_session::simulate(gyroscope, *seed, request, show), "simulated".to_owned(), Some(latitude_deg))
+        }
+        Place::Stand => {
+            let mut stand = PanelConnection::new(panel.line.clone(), *client);
+            let turn = async |place: &Orientation, _: &mut PanelConnection| {
+                let turned = crate::report::plain(place.turned_rad.to_degrees(), 6);
+                let asked = job.ask(&format!("Turn the gyroscope to {turned}° and level it."));
+                asked.map(drop).ok_or_else(|| DriftSessionError::NotTurned(format!("the position {turned}° was not confirmed")))
+            };
+            (block_on(drift_session::measure(&mut stand, request, turn, show)), panel.line.name().to_owned(), *latitude_deg)
+        }
+    };
+    let recording = recording.map_err(words)?;
+    job.stage("computing the drift", None);
+    let path = panel.session.new_file(&format!("{}.parquet", prepared.name)).map_err(words)?;
+    // The rows are kept also where no drift can be computed from them; that reason is the first to be shown.
+    let kept = recording.log(&path, &request.plan, latitude_deg).and_then(|log| log.write(&path));
+    let evaluate = move || {
+        let measurement = Measurement::of_recording(source, &recording, latitude_deg, SetupUncertainties::default())?;
+        measurement.evaluate()
+    };
+    let result = cancellable(job, evaluate)?.map_err(words)?;
+    kept.map_err(words)?;
+    let mut json = drift_report::json(&result, Units::default());
+    json["text"] = drift_report::text(&result, Units::default()).into();
+    write_answer(panel, &prepared.name, &json, &drift_report::html(&result, Units::default()))
+}
+
+/// A calibration session: the default session of a kind of device.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CalibrateRequest {
+    client: ClientId,
+    place: Place,
+    kind: DutKind,
+    #[serde(default)]
+    serial: String,
+    #[serde(default)]
+    operator: String,
+    #[serde(default)]
+    seed: u64,
+}
+
+/// A checked calibration session.
+pub struct PreparedCalibration {
+    client: ClientId,
+    place: Place,
+    session: PreparedSession,
+    seed: u64,
+}
+
+impl CalibrateRequest {
+    /// Checks the request.
+    ///
+    /// # Errors
+    /// In words.
+    pub fn prepare(self, panel: &Panel) -> Result<Prepared<PreparedCalibration>, String> {
+        self.place.check(panel, self.client)?;
+        let name = panel.session.free_folder("calibrate");
+        let mut command = format!("stand calibrate {}{} --out {name} --seed {}", self.kind.name(), self.place.option(panel), self.seed);
+        for (option, text) in [("serial", &self.serial), ("operator", &self.operator)] {
+            if text.chars().count() > MAX_TEXT || text.chars().any(char::is_control) {
+                return Err(format!("{option}: one line of at most {MAX_TEXT} characters"));
+            }
+            command += &if text.is_empty() { String::new() } else { format!(" --{option} {}", quoted(text)) };
+        }
+        command += &format!(" --json {name}.json --html {name}.html");
+        let [serial, operator] = [&self.serial, &self.operator].map(|text| Some(text.as_str()).filter(|text| !text.is_empty()));
+        let changes = SessionChanges { serial, operator };
+        let session = PreparedSession::new(None, self.kind, changes).map_err(words)?;
+        let Self { client, place, seed, .. } = self;
+        Ok(Prepared { command, uses_stand: place == Place::Stand, name, work: PreparedCalibration { client, place, session, seed } })
+    }
+}
+
+/// The person at the page mounts the device.
+struct PageOperator<'a>(&'a Job);
+
+impl Operator for PageOperator<'_> {
+    fn perform(&mut self, instruction: &str, _: &Mounting, _: f64) -> Option<String> {
+        self.0.ask(instruction)
+    }
+}
+
+/// Runs the session and computes its record, in a folder as `stand calibrate --out` makes it; the name of the answer.
+///
+/// # Errors
+/// In words.
+pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &Job) -> Result<String, String> {
+    let PreparedCalibration { client, place, session, seed } = &prepared.work;
+    let folder = panel.session.folder().join(&prepared.name);
+    let seconds = session.session.seconds();
+    let on_progress = |p: Progress| {
+        let (minutes, rest) = ((p.left_s / 60.0) as u64, p.left_s as u64 % 60);
+        let stage = format!("{} of {} {}, {minutes}:{rest:02} left, {:+.3} rad/s", p.number, p.of, p.step, p.rate_rad_s);
+        job.stage(&stage, Some((1.0 - p.left_s / seconds).clamp(0.0, 1.0)));
+        job.step(p.number);
+        !job.is_cancelled()
+    };
+    let done = match place {
+        Place::Simulated => simulate(&stand_with_dut(None, *seed, &session.session), *seed, session, &folder, on_progress),
+        Place::Stand => {
+            let mut stand = PanelConnection::new(panel.line.clone(), *client);
+            block_on(run_session(&mut stand, session, &folder, &mut PageOperator(job), on_progress))
+        }
+    };
+    done.map_err(|error| ended_early(&folder, &prepared.name, &error))?;
+    job.stage("computing the record", None);
+    let computed = folder.clone();
+    let record = cancellable(job, move || record::compute(&computed))?.map_err(|error| match error {
+        RecordError::Calibrate(error) => calibration_report::calibrate_error(&error),
+        other => other.to_string(),
+    })?;
+    let stored = calibration_report::stored(&record);
+    let html = calibration_report::html(&record);
+    let mut json = value(&stored);
+    let text = serde_json::to_string_pretty(&json).map_err(words)?;
+    write_atomically(&folder.join(RECORD_FILE), &format!("{text}\n")).map_err(words)?;
+    write_atomically(&folder.join("record.html"), &html).map_err(words)?;
+    json["text"] = calibration_report::text(&calibration_report::displayed_record(&stored, &Units::default())).into();
+    json["folder"] = prepared.name.clone().into();
+    write_answer(panel, &prepared.name, &json, &html)
+}
+
+/// Text of a session that did not reach its end.
+fn ended_early(folder: &Path, name: &str, error: &RunError) -> String {
+    if folder.join(JOURNAL_FILE).exists() {
+        format!("{error}; the recorded rows are in {name}, `stand calibrate … --out {name} --resume` continues the session")
+    } else {
+        error.to_string()
+    }
+}
+
+/// Names and durations of the steps of the default session of a kind of device, s.
+///
+/// # Errors
+/// In words.
+pub fn steps(kind: DutKind) -> Result<Vec<(String, f64)>, String> {
+    let prepared = PreparedSession::new(None, kind, SessionChanges::default()).map_err(words)?;
+    Ok(prepared.session.steps.into_iter().map(|step| (step.name, step.seconds)).collect())
+}

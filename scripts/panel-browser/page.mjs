@@ -1,0 +1,58 @@
+// A panel, and its page by keyboard alone, for the browser tests: node TEST.mjs STAND CHROMIUM FOLDER [PICTURES].
+// STAND: the program; CHROMIUM: the browser; FOLDER: an empty folder for sessions; PICTURES: folder for screenshots.
+import { spawn } from "node:child_process";
+import { createInterface } from "node:readline";
+import { readFile } from "node:fs/promises";
+import { createRequire } from "node:module";
+
+export const [stand, chromium, folder, pictures] = process.argv.slice(2);
+export const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+export function claim(holds, words) {
+  if (!holds) throw new Error(`not so: ${words}`);
+  console.log(`ok: ${words}`);
+}
+
+export async function panel(name) {
+  const child = spawn(stand, ["panel", "--hidden", "cogging", "--folder", name], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
+  for await (const line of createInterface({ input: child.stdout })) return { child, address: line };
+}
+
+/** Moves the focus with Tab until the element has it. */
+export async function focus(page, selector) {
+  await page.waitForSelector(`${selector}:not([disabled])`, { timeout: 600_000 });
+  for (let k = 0; k < 400; k++) {
+    if (await page.evaluate((s) => document.activeElement?.matches(s), selector)) return;
+    await page.keyboard.press("Tab");
+  }
+  throw new Error(`Tab does not reach ${selector}`);
+}
+export async function press(page, selector, key = "Enter") {
+  await focus(page, selector);
+  await page.keyboard.press(key);
+}
+export async function type(page, selector, value) {
+  await focus(page, selector);
+  await page.keyboard.down("Control");
+  await page.keyboard.press("a");
+  await page.keyboard.up("Control");
+  await page.keyboard.type(value);
+}
+export async function tab(page, from, steps) {
+  await focus(page, `#tab-${from}`);
+  for (let k = 0; k < steps; k++) await page.keyboard.press("ArrowRight");
+}
+export const text = (page, selector) => page.$eval(selector, (node) => node.textContent);
+export async function picture(page, name) {
+  if (pictures) await page.screenshot({ path: `${pictures}/${name}.png` });
+}
+export async function accessible(page, view) {
+  // The policy of the page admits no script of others; the test's own comes through the debugger.
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21aa", "wcag22aa"] }));
+  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
+  for (const found of serious) console.log(found.id, found.help, found.nodes.map((node) => node.html.slice(0, 160)));
+  claim(serious.length === 0, `axe-core has no serious finding in the view ${view}`);
+}
+
