@@ -236,7 +236,8 @@ async function follow(now) {
       addStep(job.answer, answer);
       shown = answer;
     }
-    await loadSession();
+    // Values that were typed and not saved stay, unless this view has a new answer.
+    if (JOBS.includes(job.kind) || job.kind === "record") await loadSession();
     if (job.error && (JOBS.includes(job.kind) || job.kind === "record")) throw new Error(`${job.kind}: ${job.error}`);
   });
 }

@@ -17,7 +17,9 @@ function stopNow() {
 }
 byId("stop").addEventListener("pointerdown", stopNow);
 byId("stop").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => (event.key === "Enter" || event.key === " ") && stopNow());
-addEventListener("keydown", (event) => event.key === "Escape" && stopNow(), { capture: true });
+// A click without a pointer: of a screen reader, or by voice.
+byId("stop").addEventListener("click", (/** @type {MouseEvent} */ event) => event.detail === 0 && stopNow());
+addEventListener("keydown", (event) => event.key === "Escape" && !event.repeat && stopNow(), { capture: true });
 
 /** @param {string} message empty: nothing to tell */
 function alert(message) {

@@ -182,6 +182,7 @@ fn recording_with_a_frozen_viewer_loses_no_row_and_unattended_needs_no_page() {
     assert_eq!((job["error"].as_str(), job["answer"].as_str()), (Some(""), Some("run-1.parquet")), "{job}");
     let log = Log::read(folder.path().join("panel/run-1.parquet")).unwrap();
     assert_eq!((log.len(), log.note("lost_rows")), (3000, Some("0")));
+    assert_eq!(other.state["drive"]["fault"], "", "a recording that ended is no loss of the page");
     drop(frozen);
 }
 

@@ -234,6 +234,8 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
         ("command", r#"{"client":1,"line":"OUTPut ON\nOUTPut ON"}"#),
         ("command", r#"{"client":1,"line":"HOST:UNATTended 1000"}"#),
         ("command", r#"{"client":1,"line":"*IDN?;host:arm 0"}"#),
+        ("command", r#"{"client":1,"line":"HOST:ARM?;ARM 3600"}"#),
+        ("command", r#"{"client":1,"line":"host:unatt?;unattended 900000"}"#),
         ("command", r#"{"client":1}"#),
         ("command", "[[[["),
         ("record", r#"{"client":1,"profile":"x","mode":"rate","seconds":1}"#),

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Duration;
 
 use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, Query, State};
@@ -14,7 +13,6 @@ use axum::{Json, Router};
 use drive_model::card;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use stand_firmware::console::parse::Commands;
 use stand_firmware::profile::{PARAMETERS, ProfileKind};
 
 use super::analysis;
@@ -25,6 +23,7 @@ use super::parts::Panel;
 use super::recording::{self, RecordRequest};
 use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed};
 use super::{export, import};
+use crate::acquire::link::{REPLY_TIMEOUT, supervises};
 use crate::files;
 use crate::log::Log;
 use crate::log::import::ENDINGS;
@@ -35,8 +34,6 @@ use crate::report;
 const MAX_BODY: usize = 1 << 20;
 /// Longest expression of a user's effect, characters.
 const MAX_EXPRESSION: usize = 1000;
-/// Time for the reply of the stand.
-const REPLY_TIMEOUT: Duration = Duration::from_millis(1500);
 
 /// The routes below `/api`.
 pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
@@ -115,8 +112,7 @@ fn check_line(line: &str) -> Result<(), ApiError> {
     if line.is_empty() || !line.bytes().all(|byte| matches!(byte, b' '..=b'~')) || line.contains('~') {
         return Err("a command is one line of ASCII without `~`".into());
     }
-    let is_host = |header: &[u8]| header.to_ascii_uppercase().starts_with(b"HOST");
-    if Commands::new(line.as_bytes()).any(|command| !command.is_query && is_host(command.header())) {
+    if supervises(line) {
         return Err("HOST: the panel supervises itself; an unattended run is a recording with its check mark".into());
     }
     Ok(())
@@ -125,10 +121,10 @@ fn check_line(line: &str) -> Result<(), ApiError> {
 async fn record(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: RecordRequest = parsed(&body)?;
     let prepared = request.prepare(&panel).map_err(ApiError::from)?;
-    panel.hub.note(&prepared.command, &[], &[]);
-    panel.session.note_command(&prepared.command);
-    let shared = panel.clone();
+    let (shared, command) = (panel.clone(), prepared.command.clone());
     let number = panel.jobs.start_at_stand("record", move |job| recording::run(&shared, &prepared, job))?;
+    panel.hub.note(&command, &[], &[]);
+    panel.session.note_command(&command);
     Ok(Json(json!({"job": number})))
 }
 
@@ -150,16 +146,18 @@ async fn compare(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: AnalysisRequest = parsed(&body)?;
     let shared = panel.clone();
     let kind = if request.fit { "fit" } else { "compare" };
-    panel.hub.note(&analysis::command(kind, &request.log, &request.model), &[], &[]);
+    let command = analysis::command(kind, &request.log, &request.model);
     let number = panel.jobs.start(kind, move |job| analysis::compare(&shared, &request.log, &request.model, request.fit, job))?;
+    panel.hub.note(&command, &[], &[]);
     Ok(Json(json!({"job": number})))
 }
 
 async fn explain(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: AnalysisRequest = parsed(&body)?;
     let shared = panel.clone();
-    panel.hub.note(&analysis::command("explain", &request.log, &request.model), &[], &[]);
+    let command = analysis::command("explain", &request.log, &request.model);
     let number = panel.jobs.start("explain", move |job| analysis::explain(&shared, &request.log, &request.model, job))?;
+    panel.hub.note(&command, &[], &[]);
     Ok(Json(json!({"job": number})))
 }
 

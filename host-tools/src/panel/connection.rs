@@ -8,26 +8,28 @@ use stand_firmware::telemetry::RowFrame;
 use super::control::ClientId;
 use super::line::{Line, LineError};
 use crate::acquire::connection::{ConnectionError, StandConnection};
-use crate::acquire::link::{LineLosses, LinkError, REPLY_TIMEOUT, Reply};
+use crate::acquire::link::{LineLosses, LinkError, REPLY_TIMEOUT, Reply, drives};
 
-/// A connection of one client. A stop ends it: every later call fails.
+/// A connection of one client. A stop ends it: every later call fails. Where it has driven, the drive is off at its end, whatever that is.
 pub struct PanelConnection {
     line: Line,
     client: ClientId,
     rows: Receiver<RowFrame>,
     stops: u64,
     losses: LineLosses,
+    has_driven: bool,
 }
 
 impl PanelConnection {
     /// A connection that drives for `client`.
     pub fn new(line: Line, client: ClientId) -> Self {
         let (rows, stops, losses) = (line.tap(), line.stops(), line.losses());
-        Self { line, client, rows, stops, losses }
+        Self { line, client, rows, stops, losses, has_driven: false }
     }
 
     fn exchange(&mut self, command: &str) -> Result<Reply, ConnectionError> {
         self.check()?;
+        self.has_driven |= drives(command);
         self.line.exchange(self.client, command, REPLY_TIMEOUT).map_err(|error| self.failed(error))
     }
 
@@ -39,6 +41,15 @@ impl PanelConnection {
     fn failed(&self, error: LineError) -> ConnectionError {
         let port = self.line.name().to_owned();
         ConnectionError::Link(LinkError::Other { port, source: std::io::Error::other(error.to_string()) })
+    }
+}
+
+impl Drop for PanelConnection {
+    fn drop(&mut self) {
+        if self.has_driven && self.check().is_ok() {
+            // A line that is down stops the drive by the supervision of the host.
+            let _ = self.line.restore("OUTPut OFF", REPLY_TIMEOUT);
+        }
     }
 }
 

@@ -89,8 +89,12 @@ impl Control {
     }
 
     /// The unattended job has ended; the lease holds for one more period, so that a page that is open keeps the control.
-    pub fn end_unattended(&mut self) {
-        self.unattended_until = None;
+    pub fn end_unattended(&mut self, now: Instant) {
+        if self.unattended_until.take().is_some()
+            && let Some(driver) = &mut self.driver
+        {
+            driver.lease_until = driver.lease_until.max(now + LEASE);
+        }
     }
 
     /// Whether `client` drives.
@@ -206,5 +210,12 @@ mod tests {
         assert_eq!(control.take(2, t0 + 3000 * MS), Err(ControlError::Taken));
         assert!(!control.feeds(t0 + 5001 * MS) && control.expire(t0 + 5001 * MS));
         assert!(control.run_unattended(1, MS, t0 + 6000 * MS).is_err());
+
+        control.take(1, t0).unwrap();
+        control.run_unattended(1, 5000 * MS, t0).unwrap();
+        control.end_unattended(t0 + 3000 * MS);
+        assert!(!control.expire(t0 + 3900 * MS), "the drive is reported off meanwhile");
+        control.disarm();
+        assert!(!control.expire(t0 + 4001 * MS) && control.driver(t0 + 4001 * MS).is_none(), "nothing is left to stop");
     }
 }

@@ -68,13 +68,13 @@ impl Job {
         self.0.change(|state| state.step = number);
     }
 
-    /// Asks the person at the page to do something and waits for the reply; `None`: the job was cancelled.
-    pub fn ask(&self, instruction: &str) -> Option<String> {
+    /// Asks the person at the page to do something and waits for the reply; `None`: the job was cancelled, or the stand stopped.
+    pub fn ask(&self, instruction: &str, is_stopped: impl Fn() -> bool) -> Option<String> {
         locked(&self.0.reply).take();
         self.0.change(|state| state.asks = instruction.to_owned());
         let reply = loop {
             let reply = locked(&self.0.reply).take();
-            if reply.is_some() || self.is_cancelled() {
+            if reply.is_some() || self.is_cancelled() || is_stopped() {
                 break reply;
             }
             std::thread::sleep(REPLY_INTERVAL);

@@ -267,7 +267,7 @@ impl Owner {
                 return;
             }
         }
-        if locked(&self.shared.control).is_armed() {
+        if locked(&self.shared.control).is_armed() || self.state.is_on {
             let _ = self.port.write(&[0x18]);
         }
         let _ = self.port.write(with_checksum("HOST:RELease").as_bytes());
@@ -447,6 +447,7 @@ impl Owner {
         }
         self.change(|state| {
             (state.is_on, state.mode, state.limits) = (is_on, mode, limits);
+            state.line_error.clear();
             state.fault = if fault.starts_with("0,") { String::new() } else { fault };
         });
         Ok(())

@@ -15,12 +15,14 @@ use super::analysis::write_json;
 use super::connection::PanelConnection;
 use super::control::ClientId;
 use super::jobs::Job;
+use super::line::Line;
 use super::parts::Panel;
 use crate::acquire::calibration_session::error::RunError;
 use crate::acquire::calibration_session::journal::{JOURNAL_FILE, write_atomically};
 use crate::acquire::calibration_session::run::{Operator, Progress, run_session};
 use crate::acquire::calibration_session::simulated::{simulate, stand_with_dut};
 use crate::acquire::calibration_session::{DutKind, Mounting, PreparedSession, SessionChanges};
+use crate::acquire::connection::StandConnection;
 use crate::acquire::drift_session::{self, CyclePlan, DriftSessionError, DriftSessionProgress, DriftSessionRequest, VisitOrder};
 use crate::allan::{Request as AllanDeviation, Taus};
 use crate::calibrate::record::{self, RecordError};
@@ -265,10 +267,15 @@ pub fn drift(panel: &Panel, prepared: &Prepared<PreparedDrift>, job: &Job) -> Re
         }
         Place::Stand => {
             let mut stand = PanelConnection::new(panel.line.clone(), *client);
-            let turn = async |place: &Orientation, _: &mut PanelConnection| {
+            let stops = panel.line.stops();
+            let turn = async |place: &Orientation, stand: &mut PanelConnection| {
                 let turned = crate::report::plain(place.turned_rad.to_degrees(), 6);
-                let asked = job.ask(&format!("Turn the gyroscope to {turned}° and level it."));
-                asked.map(drop).ok_or_else(|| DriftSessionError::NotTurned(format!("the position {turned}° was not confirmed")))
+                // Rows of the turning belong to no position.
+                stand.command("STReam OFF").await?;
+                let asked = job.ask(&format!("Turn the gyroscope to {turned}° and level it."), || panel.line.stops() != stops);
+                asked.ok_or_else(|| DriftSessionError::NotTurned(format!("the position {turned}° was not confirmed")))?;
+                stand.reset_losses();
+                Ok(stand.command("STReam ON").await?)
             };
             (block_on(drift_session::measure(&mut stand, request, turn, show)), panel.line.name().to_owned(), *latitude_deg)
         }
@@ -337,11 +344,16 @@ impl CalibrateRequest {
 }
 
 /// The person at the page mounts the device.
-struct PageOperator<'a>(&'a Job);
+struct PageOperator<'a> {
+    job: &'a Job,
+    line: &'a Line,
+    /// Stops of the drive before the session.
+    stops: u64,
+}
 
 impl Operator for PageOperator<'_> {
     fn perform(&mut self, instruction: &str, _: &Mounting, _: f64) -> Option<String> {
-        self.0.ask(instruction)
+        self.job.ask(instruction, || self.line.stops() != self.stops)
     }
 }
 
@@ -364,7 +376,13 @@ pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &
         Place::Simulated => simulate(&stand_with_dut(None, *seed, &session.session), *seed, session, &folder, on_progress),
         Place::Stand => {
             let mut stand = PanelConnection::new(panel.line.clone(), *client);
-            block_on(run_session(&mut stand, session, &folder, &mut PageOperator(job), on_progress))
+            block_on(run_session(
+                &mut stand,
+                session,
+                &folder,
+                &mut PageOperator { job, line: &panel.line, stops: panel.line.stops() },
+                on_progress,
+            ))
         }
     };
     done.map_err(|error| ended_early(&folder, &prepared.name, &error))?;

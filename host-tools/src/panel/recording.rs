@@ -52,6 +52,8 @@ pub struct PreparedRecording {
     profile: ProfileConfig,
     seconds: f64,
     find_index: bool,
+    /// Time for which the page may be closed or hidden.
+    unattended: Option<Duration>,
     /// Name of the log.
     log: String,
     /// The command that does the same in a shell.
@@ -86,13 +88,18 @@ impl RecordRequest {
         }
         Profile::for_mode(&profile, mode).map_err(|error| error.to_string())?;
         command += &format!(" --seconds {} --seed {}{}", self.seconds, self.seed, if self.find_index { " --find-index" } else { "" });
-        let now = Instant::now();
-        panel.line.control().check(self.client, now).map_err(|error| error.to_string())?;
-        if self.unattended {
-            let duration = Duration::from_secs_f64(self.seconds) + UNATTENDED_MARGIN;
-            panel.line.control().run_unattended(self.client, duration, now).map_err(|error| error.to_string())?;
-        }
-        Ok(PreparedRecording { client: self.client, mode, profile, seconds: self.seconds, find_index: self.find_index, log, command })
+        panel.line.control().check(self.client, Instant::now()).map_err(|error| error.to_string())?;
+        let unattended = self.unattended.then(|| Duration::from_secs_f64(self.seconds) + UNATTENDED_MARGIN);
+        Ok(PreparedRecording {
+            client: self.client,
+            mode,
+            profile,
+            seconds: self.seconds,
+            find_index: self.find_index,
+            unattended,
+            log,
+            command,
+        })
     }
 }
 
@@ -114,8 +121,11 @@ impl RecordingMonitor for Monitor<'_> {
 /// # Errors
 /// In words.
 pub fn run(panel: &Arc<Panel>, prepared: &PreparedRecording, job: &Job) -> Result<String, String> {
+    if let Some(duration) = prepared.unattended {
+        panel.line.control().run_unattended(prepared.client, duration, Instant::now()).map_err(|error| error.to_string())?;
+    }
     let result = record(panel, prepared, job);
-    panel.line.control().end_unattended();
+    panel.line.control().end_unattended(Instant::now());
     result
 }
 

@@ -55,6 +55,13 @@ pub struct Session {
     commands: std::sync::Mutex<File>,
 }
 
+/// A name with its last number apart: `run-10.parquet` comes behind `run-9.parquet`.
+fn numbered(name: &str) -> (String, u64, String) {
+    let stem = name.split('.').next().unwrap_or(name);
+    let begin = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    (begin.to_owned(), stem[begin.len()..].parse().unwrap_or(0), name.to_owned())
+}
+
 impl Session {
     /// Opens the folder, or creates it with a first model.
     ///
@@ -139,7 +146,7 @@ impl Session {
                 is_listed.then_some(SessionFile { name, bytes })
             })
             .collect();
-        files.sort_by(|a, b| a.name.cmp(&b.name));
+        files.sort_by_cached_key(|file| numbered(&file.name));
         files
     }
 

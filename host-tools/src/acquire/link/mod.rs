@@ -20,7 +20,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use stand_firmware::app::commands::{SIGN_OF_LIFE, is_sign_of_life};
-use stand_firmware::console::parse::Commands;
+use stand_firmware::console::parse::{Command, Commands};
 use stand_firmware::telemetry::crc32;
 
 /// Longest wait for a reply.
@@ -416,9 +416,21 @@ pub fn reply_number(word: &str) -> Option<f64> {
     })
 }
 
+/// Commands that supervise the program at the other end of the line.
+const OF_HOST: [&str; 4] = ["HOST:ALIVe", "HOST:ARM", "HOST:RELease", "HOST:UNATTended"];
+
 /// Whether a line has a command of a program that drives.
 pub fn drives(line: &str) -> bool {
-    Commands::new(line.as_bytes()).any(|command| is_sign_of_life(&command) && !command.header().to_ascii_uppercase().starts_with(b"HOST"))
+    Commands::new(line.as_bytes()).any(|command| is_sign_of_life(&command) && !is_of_host(&command))
+}
+
+/// Whether a line changes how the program at the other end is supervised; also where the header continues the path, as in `HOST:ARM?;ARM 3600`.
+pub fn supervises(line: &str) -> bool {
+    Commands::new(line.as_bytes()).any(|command| !command.is_query && is_of_host(&command))
+}
+
+fn is_of_host(command: &Command) -> bool {
+    OF_HOST.iter().any(|pattern| command.is(pattern))
 }
 
 /// Maximum length of a line to the stand without its line feed, bytes.
