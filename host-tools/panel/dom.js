@@ -42,6 +42,12 @@ export function download(blob, name) {
   setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }
 
+/** A picture of the program's reports: an image, in which no script runs. @param {string} svg @param {string} alt */
+export function svgFigure(svg, alt) {
+  const src = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));
+  return element("figure", {}, element("img", { alt, src, onload: () => URL.revokeObjectURL(src) }));
+}
+
 /** A table with a caption. The cells of numbers are right-aligned.
  * @param {string} caption @param {string[]} heads @param {(Node|string|number)[][]} rows */
 export function table(caption, heads, rows) {

@@ -1,6 +1,6 @@
 // The loop: model, compare, explain, candidates, add an effect, and the staircase of the error.
 import { on, readLog, request } from "./connection.js";
-import { attemptIn, byId, element, table } from "./dom.js";
+import { attemptIn, byId, element, svgFigure, table } from "./dom.js";
 import { buildImport, startImport } from "./import.js";
 import { clearResiduals, showResiduals } from "./residuals.js";
 import { number, parse, text } from "./text.js";
@@ -152,8 +152,7 @@ async function addEffect(candidate) {
 /** @param {string} name */
 async function showEffect(name) {
   const { card, plots: pictures } = await request(`effect?name=${encodeURIComponent(name)}`);
-  // A picture is an image, in which no script runs.
-  const picture = (/** @type {string} */ svg) => element("figure", {}, element("img", { alt: `${card.title}: ${card.shows}`, src: URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" })) }));
+  const picture = (/** @type {string} */ svg) => svgFigure(svg, `${card.title}: ${card.shows}`);
   const entry = (/** @type {string} */ key, /** @type {string} */ value) => [element("strong", {}, text(key)), value];
   byId("effect").replaceChildren(element("h2", {}, `${card.title} (${card.id})`), element("p", {}, card.what), ...pictures.map(picture),
     table(card.id, ["", ""], [entry("equation", card.equation), entry("signature", card.shows), entry("experiment", card.experiment), entry("similar", card.looks_like)]),

@@ -8,6 +8,8 @@ import { relabelLive, startLive } from "./live.js";
 import { buildMeasure, startMeasure } from "./measure.js";
 import { setLanguage, text } from "./text.js";
 
+/** Lines of the view Commands, as many as the program keeps. */
+const MAX_NOTES = 500;
 const VIEWS = ["live", "identify", "compensate", "measure", "commands"];
 
 // STOP first: it works whatever else of the page fails. The WebSocket is the fast way; the request is for a socket that is just being reopened.
@@ -115,7 +117,7 @@ setLanguage(language);
 if (hasToken()) {
   on("state", showState);
   on("command", (note) => {
-    sent.push(note);
+    sent = [...sent, note].slice(-MAX_NOTES);
     showCommand(note);
   });
   on("lost", () => {

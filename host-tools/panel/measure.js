@@ -1,6 +1,6 @@
 // The other measurements: Allan deviation, drift session, calibration session. Each is a job of the program; results are a table, the pictures of the report and its text.
 import { drives, on, request, state, takeControl } from "./connection.js";
-import { attemptIn, byId, element, table } from "./dom.js";
+import { attemptIn, byId, element, svgFigure, table } from "./dom.js";
 import { number, parse, text } from "./text.js";
 
 const KINDS = ["allan", "drift", "calibrate"];
@@ -147,8 +147,7 @@ async function showAnswer(name, answer) {
   const cell = (/** @type {number|null|undefined} */ value, /** @type {number} */ digits) => element("span", { class: "mono" }, number(value, digits));
   const rows = quantitiesOf(answer).map((/** @type {any} */ q) => [q.name, q.value == null ? (q.says ?? "") : cell(q.value, 6), cell(q.U, 2), cell(q.k, 3), q.unit === "1" ? "" : q.unit]);
   const { plots } = await request(`pictures?name=${encodeURIComponent(name.replace(/\.json$/, ".html"))}`);
-  // A picture is an image, in which no script runs.
-  const picture = (/** @type {any} */ plot) => element("figure", {}, element("img", { alt: plot.name, src: URL.createObjectURL(new Blob([plot.svg], { type: "image/svg+xml" })) }));
+  const picture = (/** @type {any} */ plot) => svgFigure(plot.svg, plot.name);
   const files = answer.folder ? `${answer.folder}/record.json, ${name}` : name;
   byId("measure-answer").dataset.answer = name;
   byId("measure-answer").replaceChildren(element("h2", {}, name.replace(/\.json$/, "")), table(`${text("uncertainty_note")} ${files}`, [text("quantity"), text("value"), "U", "k", text("unit")], rows),

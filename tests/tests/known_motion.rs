@@ -80,7 +80,7 @@ fn errors_of_a_resolver_are_found() {
     assert!((late.model.value("skew_s").unwrap_or(f64::NAN) - 4e-3).abs() < 1e-4);
 
     // No effect of the catalogue is a wrong number of counts per turn: that is not called something else.
-    let scaled = answer_of_angle(|t| 1.002 * motion(t).1);
+    let scaled = answer_of_angle(|t| 1.005 * motion(t).1);
     assert_eq!(scaled.verdict, Verdict::UnknownStructure, "{:?}", scaled.missing);
 }
 

@@ -308,10 +308,13 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
     }
     let [(c, uc), (s, us)] = near.effective();
     let angle_u = (s * uc).hypot(c * us) / (c * c + s * s);
-    findings.quantities.push(
-        Quantity::new("angle_deg", "°", s.atan2(c).to_degrees(), vec![scatter(angle_u.to_degrees(), &near.x)])
-            .meaning(Meaning::MountingAngle),
-    );
+    let mut angle = vec![scatter(angle_u.to_degrees(), &near.x)];
+    if let Some([(_, cosine_u), (_, sine_u)]) = near.encoder() {
+        // What is left of the encoder's error turns the angle by itself at most.
+        let (u, dof) = (cosine_u.hypot(sine_u).to_degrees(), near.x.dof.min(near.y.dof));
+        angle.push(Contribution::type_a("encoder", u, dof, Basis::WindowScatter { window_s: WINDOW_S }));
+    }
+    findings.quantities.push(Quantity::new("angle_deg", "°", s.atan2(c).to_degrees(), angle).meaning(Meaning::MountingAngle));
     for (name, fit) in [("bias_x_m_s2", &near.x), ("bias_y_m_s2", &near.y)] {
         findings
             .quantities

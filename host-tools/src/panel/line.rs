@@ -347,7 +347,7 @@ impl Owner {
             self.send(POLL_QUERY)?;
             return self.send(END_QUERY);
         }
-        let request = match self.queue.try_recv() {
+        let mut request = match self.queue.try_recv() {
             Ok(request) => request,
             Err(TryRecvError::Empty) => return Ok(()),
             Err(TryRecvError::Disconnected) => {
@@ -355,8 +355,9 @@ impl Owner {
                 return Ok(());
             }
         };
-        if with_checksum(&request.line).len() > MAX_LINE {
-            let message = format!("the line is too long: the stand accepts {} characters", MAX_LINE - 10);
+        let arming = format!("HOST:ARM {HOST_ARM_S};:");
+        if with_checksum(&request.line).len() + arming.len() > MAX_LINE {
+            let message = format!("the line is too long: the stand accepts {} characters", MAX_LINE - 10 - arming.len());
             let _ = request.reply.send(Err(LineError::Down(message)));
             return Ok(());
         }
@@ -373,8 +374,9 @@ impl Owner {
                 return Ok(());
             }
             self.driven_since_poll = true;
+            // In the same line: a damaged one is repeated as a whole.
             if !std::mem::replace(&mut self.is_host_armed, true) {
-                self.send(&format!("HOST:ARM {HOST_ARM_S}"))?;
+                request.line.insert_str(0, &arming);
             }
             self.fed_at = now;
         }

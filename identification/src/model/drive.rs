@@ -10,7 +10,6 @@ use super::error::{ModelError, ModelErrorKind};
 use super::expression::{is_name, is_reserved};
 use super::read::{Named, Reader};
 use super::{Channel, Input};
-use crate::log::Axis;
 use crate::words::nearest;
 
 impl Reader<'_> {
@@ -35,18 +34,24 @@ impl Reader<'_> {
         let key = "[drive] outputs";
         let mut outputs = Vec::new();
         for (name, span) in self.strings(item, key)? {
-            let Some(channel) = ALL.into_iter().find(|c| self.axis.column(c.compared_column(input)) == name) else {
-                let near = nearest(name, ALL.iter().map(|c| self.axis.column(c.compared_column(input))));
-                let known = format!("valid outputs: {}", columns(self.axis, &ALL));
+            let column = |channel: Channel| self.axis.column(channel.compared_column(input));
+            let found = ALL.into_iter().find(|c| column(*c) == name);
+            // An output of other inputs, or one that is the input here.
+            if found.is_none_or(|c| !input.outputs().contains(&c))
+                && let Some(other) = ALL.into_iter().find(|c| self.axis.column(c.column()) == name)
+            {
+                let possible = input.outputs().iter().map(|c| column(*c)).collect::<Vec<_>>().join(", ");
+                let (output, input) = (self.axis.column(other.column()), self.axis.column(input.column()));
+                return self.fail(span, key, ModelErrorKind::Output { output, input, possible });
+            }
+            let Some(channel) = found else {
+                let known = ALL.map(column);
+                let near = nearest(name, known);
+                let known = format!("valid outputs: {}", known.join(", "));
                 return self.fail(span, key, ModelErrorKind::Unknown { what: "output", name: name.to_owned(), near, known });
             };
             if outputs.contains(&channel) {
                 return self.fail(span, key, ModelErrorKind::Twice { what: "output", name: name.to_owned(), hint: String::new() });
-            }
-            if !input.outputs().contains(&channel) {
-                let possible = columns(self.axis, input.outputs());
-                let (output, input) = (self.axis.column(channel.column()), self.axis.column(input.column()));
-                return self.fail(span, key, ModelErrorKind::Output { output, input, possible });
             }
             outputs.push(channel);
         }
@@ -125,8 +130,4 @@ impl Reader<'_> {
         }
         Ok(listed)
     }
-}
-
-fn columns(axis: Axis, channels: &[Channel]) -> String {
-    channels.iter().map(|c| axis.column(c.column())).collect::<Vec<_>>().join(", ")
 }
