@@ -70,13 +70,13 @@ const MIN_TIME_CONSTANTS: f64 = 0.02;
 /// fraction of the time; `x`: the time in time constants. The solution of y' = x (u − y): the polynomial q with q' = x (u − q), and q(0) e^(−x s) that decays.
 fn course_response<S: Scalar>([c0, c1, c2, c3]: [f64; 4], x: S) -> (S, S) {
     let mean = c0 + c1 / 2.0 + c2 / 3.0 + c3 / 4.0;
-    let (linear, quadratic, cubic) = if x.re() < MIN_TIME_CONSTANTS {
-        // Only a straight line: the first moment of the course is that of the line.
-        (c1 + c2 + 0.9 * c3, 0.0, 0.0)
+    let (constant, linear, quadratic, cubic) = if x.re() < MIN_TIME_CONSTANTS {
+        // Only a straight line with the first moment of the course.
+        let slope = c1 + c2 + 0.9 * c3;
+        (-0.5 * slope, slope, 0.0, 0.0)
     } else {
-        (c1, c2, c3)
+        (c0 - mean, c1, c2, c3)
     };
-    let constant = if x.re() < MIN_TIME_CONSTANTS { -0.5 * linear } else { c0 - mean };
     let q3 = S::from(cubic);
     let q2 = -(q3 * 3.0 / x) + quadratic;
     let q1 = -(q2 * 2.0 / x) + linear;
