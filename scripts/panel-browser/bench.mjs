@@ -72,14 +72,21 @@ export async function watch(address) {
 /** A request as the page sends it. */
 export const request = (address, path, body) => fetch(`${address.origin}/api/${path}`, { method: body ? "POST" : "GET", body: body && JSON.stringify(body), headers: { ...(body ? { Origin: address.origin } : {}), Authorization: `Bearer ${address.hash.slice(1)}` } });
 
+/** Clicks an element as soon as it can be clicked, in one step: a view that is being built again replaces its elements. */
+export const click = (page, selector) =>
+  page.waitForFunction((of) => {
+    const node = document.querySelector(of);
+    const ready = node !== null && !node.disabled && node.offsetParent !== null;
+    if (ready) node.click();
+    return ready;
+  }, {}, selector);
+
 /** Opens the page and switches the drive on with it. */
 export async function drive(browser, address) {
   const page = await browser.newPage();
   await page.goto(address.href);
-  await page.waitForFunction(() => document.querySelector("#take") && !document.querySelector("#take").disabled);
-  await page.click("#take");
-  await page.waitForSelector("#drive-start:not([disabled])");
-  await page.click("#drive-start");
+  await click(page, "#take");
+  await click(page, "#drive-start");
   await page.waitForFunction(() => /RATE/.test(document.querySelector("#drive-state").textContent));
   await pause(500);
   return page;

@@ -2,7 +2,7 @@
 //   node endurance.mjs STAND CHROMIUM FOLDER MINUTES
 import { readFile } from "node:fs/promises";
 import puppeteer from "puppeteer-core";
-import { bench, claim, pause, request, watch } from "./bench.mjs";
+import { bench, claim, click, pause, request, watch } from "./bench.mjs";
 
 const [stand, chromium, folder, minutes] = process.argv.slice(2);
 const seconds = 60 * Number(minutes);
@@ -24,12 +24,12 @@ try {
   const viewer = await watch(address);
   // Page and program hold 30 s of rows: their memory is that of the running instrument from then on. In a run of one minute the margin covers these rows.
   await pause(seconds > 60 ? 35_000 : 5000);
-  await page.click("#take");
+  await click(page, "#take");
   await page.waitForSelector("#record:not([disabled])");
   await page.$eval("#seconds", (node, value) => { node.value = value; }, String(seconds));
   await page.$eval("#find-index", (node) => { node.checked = false; });
-  await page.click("#unattended");
-  await page.click("#record");
+  await click(page, "#unattended");
+  await click(page, "#record");
   await viewer.until(({ job, drive }) => job.is_running && drive.is_on, 60_000);
   const begun = performance.now();
   const until = (s) => pause(Math.max(0, begun + 1000 * s - performance.now()));
