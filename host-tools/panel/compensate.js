@@ -1,6 +1,7 @@
 // Compensation on the stand: friction and cogging of a fitted model, or measured by the stand itself, with the ripple of the rate before and after.
 import { drives, on, request, state, takeControl } from "./connection.js";
 import { attemptIn, byId, element, table } from "./dom.js";
+import { field, showControl } from "./fields.js";
 import { number, text } from "./text.js";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -13,9 +14,6 @@ let handled = 0;
 const chosen = { model: "model.toml", log: "", source: "model" };
 
 const attempt = attemptIn("compensate-error");
-
-/** @param {string} key @param {any} input */
-const field = (key, input) => element("label", { class: "field" }, text(key), input);
 
 export async function buildCompensate() {
   const choose = (/** @type {"model"|"log"|"source"} */ name) => ({ id: `compensate-${name}`, onchange: (/** @type {any} */ e) => { chosen[name] = e.target.value; show(state); } });
@@ -48,9 +46,7 @@ async function loadSession() {
     byId(`compensate-${name}`).replaceChildren(...names.map((each) => element("option", { value: each, selected: each === chosen[name] }, each)));
   }
   if (shown) return;
-  const order = (/** @type {string} */ name) => Number(name.match(/-(\d+)\.json$/)?.[1] ?? 0);
-  const answers = session.answers.map((/** @type {any} */ file) => file.name).filter((/** @type {string} */ name) => /^compensate-\d+\.json$/.test(name));
-  const last = answers.sort((/** @type {string} */ a, /** @type {string} */ b) => order(a) - order(b)).at(-1);
+  const last = session.answers.map((/** @type {any} */ file) => file.name).filter((/** @type {string} */ name) => /^compensate-\d+\.json$/.test(name)).at(-1);
   if (last) showAnswer(await request(`answer?name=${last}`));
 }
 
@@ -120,8 +116,7 @@ function bars({ orders, before_rad_s, after_rad_s }) {
 async function show(now) {
   if (!now || !byId("compensate-driver")) return;
   const { job } = now;
-  byId("compensate-driver").textContent = text(drives() ? "you_drive" : now.driver == null ? "nobody_drives" : "other_drives");
-  byId("compensate-take").disabled = now.driver != null;
+  showControl(now, "compensate-driver", "compensate-take");
   byId("compensate-start").disabled = !drives() || job.is_running;
   for (const name of ["model", "log"]) byId(`compensate-${name}`).disabled = chosen.source !== "model";
   byId("job-compensate").hidden = !(job.is_running && job.kind === "compensate");

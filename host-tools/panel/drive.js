@@ -1,7 +1,8 @@
 // Control, drive, recording: every click sends one SCPI line or one command of `stand`, which the list of commands shows.
 import { drives, leaveControl, on, request, state, takeControl } from "./connection.js";
 import { attemptIn, byId, element } from "./dom.js";
-import { number, parse, text } from "./text.js";
+import { field, showControl, typed } from "./fields.js";
+import { number, text } from "./text.js";
 
 /** @type {{name: string, description: string, parameters: string[]}[]} */
 let profiles = [];
@@ -14,9 +15,6 @@ export async function send(line) {
 }
 
 export const attempt = attemptIn("drive-error");
-
-/** @param {string} key @param {any} input */
-const field = (key, input) => element("label", { class: "field" }, text(key), input);
 
 export async function buildDrive() {
   if (profiles.length === 0) profiles = (await request("profiles")).profiles;
@@ -50,13 +48,6 @@ function suggest() {
   byId("amplitude").value = number(byId("record-mode").value === "rate" ? 15 : 0.7);
 }
 
-/** @param {string} id @param {string} key */
-function typed(id, key) {
-  const value = parse(byId(id).value);
-  if (!Number.isFinite(value)) throw new Error(`${text(key)}: ${byId(id).value}?`);
-  return value;
-}
-
 async function driveOn() {
   const isRate = byId("drive-mode").value === "rate";
   const setpoint = typed("setpoint", "setpoint");
@@ -76,8 +67,7 @@ async function record() {
 function show(now) {
   if (!now || !byId("driver")) return;
   const own = drives();
-  byId("driver").textContent = text(own ? "you_drive" : now.driver == null ? "nobody_drives" : "other_drives");
-  byId("take").disabled = now.driver != null;
+  showControl(now, "driver", "take");
   byId("leave").disabled = !own;
   const running = now.job.is_running;
   for (const id of ["drive-start", "drive-stop", "clear"]) byId(id).disabled = !own;

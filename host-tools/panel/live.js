@@ -1,7 +1,7 @@
 // The live plots: the last 30 s of every channel, its values, pause and export.
 import { columns, on, state } from "./connection.js";
 import { byId, element, table } from "./dom.js";
-import { PlotGroup, extremes } from "./plot-group.js";
+import { PlotGroup, extremes, lowerBound } from "./plot-group.js";
 import { Plot } from "./plot.js";
 import { number, text } from "./text.js";
 
@@ -70,16 +70,7 @@ function append({ width, values }) {
   changed = true;
 }
 
-function windowBegin() {
-  const from = length > 0 ? store[0][length - 1] - WINDOW_S : 0;
-  let [low, high] = [0, length];
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (store[0][middle] < from) low = middle + 1;
-    else high = middle;
-  }
-  return low;
-}
+const windowBegin = () => (length > 0 ? lowerBound(store[0].subarray(0, length), store[0][length - 1] - WINDOW_S) : 0);
 
 /** What the cursors measure and the export writes: the window of all channels. */
 function source() {

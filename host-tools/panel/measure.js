@@ -1,6 +1,7 @@
 // The other measurements: Allan deviation, drift session, calibration session. Each is a job of the program; results are a table, the pictures of the report and its text.
 import { drives, on, request, state, takeControl } from "./connection.js";
 import { attemptIn, byId, element, svgFigure, table } from "./dom.js";
+import { field, showControl, typed } from "./fields.js";
 import { number, parse, text } from "./text.js";
 
 const KINDS = ["allan", "drift", "calibrate"];
@@ -14,8 +15,6 @@ const chosen = { log: "", column: "" };
 
 const attempt = attemptIn("measure-error");
 
-/** @param {string} key @param {any} input */
-const field = (key, input) => element("label", { class: "field" }, text(key), input);
 const input = (/** @type {string} */ id, /** @type {string} */ value) => element("input", { id, value, autocomplete: "off" });
 const button = (/** @type {string} */ key, /** @type {() => Promise<any>} */ action) => element("button", { type: "button", id: key.replace("_", "-"), class: "main measure-start", onclick: () => attempt(action) }, text(key));
 const places = (/** @type {string} */ id) => element("select", { id }, element("option", { value: "simulated" }, text("place_simulated")), element("option", { value: "stand" }, text("place_stand")));
@@ -90,13 +89,6 @@ function showSteps(job) {
   place.replaceChildren(table(text("steps"), [text("step"), "s", text("state")], steps.map((step, k) => [step.name, step.seconds, text(states[k])])));
 }
 
-/** @param {string} id @param {string} key */
-function typed(id, key) {
-  const value = parse(byId(id).value);
-  if (!Number.isFinite(value)) throw new Error(`${text(key)}: ${byId(id).value}?`);
-  return value;
-}
-
 /** Numbers separated by semicolons; a comma is a decimal sign. @param {string} id @param {string} key */
 function typedList(id, key) {
   const values = byId(id).value.split(";").map((/** @type {string} */ part) => parse(part));
@@ -158,8 +150,7 @@ async function showAnswer(name, answer) {
 async function show(now) {
   if (!now || !byId("measure-driver")) return;
   const { job } = now;
-  byId("measure-driver").textContent = text(drives() ? "you_drive" : now.driver == null ? "nobody_drives" : "other_drives");
-  byId("measure-take").disabled = now.driver != null;
+  showControl(now, "measure-driver", "measure-take");
   for (const button of document.querySelectorAll(".measure-start")) /** @type {HTMLButtonElement} */ (button).disabled = job.is_running;
   byId("still-start").disabled = job.is_running || !drives();
   byId("job-measure").hidden = !(job.is_running && (KINDS.includes(job.kind) || job.kind === "record"));

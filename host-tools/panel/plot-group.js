@@ -11,7 +11,7 @@ const STEP = 0.01;
 const ZOOM = 2;
 
 /** The first index whose time is not below. @param {Float64Array} t @param {number} time */
-function lowerBound(t, time) {
+export function lowerBound(t, time) {
   let [low, high] = [0, t.length];
   while (low < high) {
     const middle = (low + high) >> 1;

@@ -176,6 +176,8 @@ fn recording_with_a_frozen_viewer_loses_no_row_and_unattended_needs_no_page() {
     let mut page = panel.page();
     page.until(|page| page.columns >= 10 && page.times.len() > 500, false);
     let started = record(&panel, &mut page, 3.0, &json!({"unattended": true}));
+    let (status, _) = panel.request("POST", "command", &json!({"client": page.client(), "line": "SOURce:RATE 9"}).to_string());
+    assert_eq!(status, 409, "the stand is the recording's");
     drop(page);
     let mut other = panel.page();
     let job = finish(&mut other, &started["job"]);

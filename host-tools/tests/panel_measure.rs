@@ -131,7 +131,7 @@ fn allan_deviation_of_a_still_log_is_that_of_the_command() {
     let pictures = panel.request("GET", "pictures?name=allan-1.html", "").1;
     assert!(pictures["plots"][0]["svg"].as_str().unwrap().starts_with("<svg"), "{pictures}");
     let commands = std::fs::read_to_string(session.join("commands.txt")).unwrap();
-    assert!(commands.contains(&format!("stand allan {log} --column 'supply_V'")), "{commands}");
+    assert!(commands.contains(&format!("stand allan {log} --column supply_V")), "{commands}");
     let (status, refused) = panel.request("POST", "allan", &json!({"log": log, "column": "absent\u{1b}"}).to_string());
     assert_eq!(status, 200, "{refused}");
     assert!(finish(&mut page, &refused)["error"].as_str().unwrap().lines().count() == 1);

@@ -58,6 +58,7 @@ fn page_uses_the_keys_of_the_table_and_no_others() {
         "import.js",
         "compensate.js",
         "measure.js",
+        "fields.js",
         "plot.js",
         "connection.js",
     ]

@@ -15,7 +15,7 @@ export function claim(holds, words) {
 }
 
 /** Starts a program and returns it with its first line. */
-async function started(program, words, folder) {
+export async function started(program, words, folder) {
   const child = spawn(program, words, { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
   children.add(child);
   child.on("exit", () => children.delete(child));

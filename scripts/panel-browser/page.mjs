@@ -1,22 +1,17 @@
 // A panel, and its page by keyboard alone, for the browser tests: node TEST.mjs STAND CHROMIUM FOLDER [PICTURES].
 // STAND: the program; CHROMIUM: the browser; FOLDER: an empty folder for sessions; PICTURES: folder for screenshots.
-import { spawn } from "node:child_process";
-import { createInterface } from "node:readline";
 import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
+import { claim, pause, started } from "./bench.mjs";
+
+export { claim, pause };
 
 export const [stand, chromium, folder, pictures] = process.argv.slice(2);
-export const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
-export function claim(holds, words) {
-  if (!holds) throw new Error(`not so: ${words}`);
-  console.log(`ok: ${words}`);
-}
-
 export async function panel(name) {
-  const child = spawn(stand, ["panel", "--hidden", "cogging", "--folder", name], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
-  for await (const line of createInterface({ input: child.stdout })) return { child, address: line };
+  const { child, line } = await started(stand, ["panel", "--hidden", "cogging", "--folder", name], folder);
+  return { child, address: line };
 }
 
 /** Moves the focus with Tab until the element has it. */

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::jobs::{CANCELLED, Job};
+use super::jobs::{CANCELLED, Job, message};
 use super::parts::Panel;
 use crate::files;
 use crate::identify::deadline::Deadline;
@@ -20,10 +20,6 @@ use crate::report::{self, Comparison};
 /// Time limit of a fit or a search, s. Longer than that of the command line: the page shows the stage and has a button that cancels.
 const TIME_LIMIT_S: f64 = 600.0;
 
-fn words(error: impl std::fmt::Display) -> String {
-    error.to_string()
-}
-
 /// The command that does the same in a shell.
 pub fn command(kind: &str, log: &str, model: &str) -> String {
     let out = if kind == "fit" { format!(" --out {model} --force") } else { String::new() };
@@ -31,15 +27,15 @@ pub fn command(kind: &str, log: &str, model: &str) -> String {
 }
 
 fn read(panel: &Panel, log: &str, model: &str) -> Result<(Log, Model), String> {
-    let model = Model::read(panel.session.existing(model).map_err(words)?).map_err(words)?;
-    let mut log = read_for(&panel.session.existing(log).map_err(words)?, &model).map_err(words)?;
+    let model = Model::read(panel.session.existing(model).map_err(message)?).map_err(message)?;
+    let mut log = read_for(&panel.session.existing(log).map_err(message)?, &model).map_err(message)?;
     log.even_out_times();
     Ok((log, model))
 }
 
 /// Writes an answer.
 pub fn write_json(path: &Path, answer: &Value) -> Result<(), String> {
-    let text = serde_json::to_string_pretty(answer).map_err(words)?;
+    let text = serde_json::to_string_pretty(answer).map_err(message)?;
     files::replace_text(path, &format!("{text}\n")).map_err(|error| format!("{}: {error}", path.display()))
 }
 
@@ -63,7 +59,7 @@ pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool,
     let (log, model) = read(panel, log_name, model_name)?;
     let treatment = if fits { ParameterTreatment::Fitted } else { ParameterTreatment::Kept };
     let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
-    let evaluated = match evaluate(&log, &model, treatment, deadline).map_err(words)? {
+    let evaluated = match evaluate(&log, &model, treatment, deadline).map_err(message)? {
         Evaluation::ImplausibleLog(findings) => return Err(bad_log(&log, &findings)),
         Evaluation::Evaluated(evaluated) => *evaluated,
     };
@@ -86,8 +82,8 @@ pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool,
         misfits: evaluated.misfits,
     };
     let mut json = if fits { report::fit_json(&comparison) } else { report::compare_json(&comparison) };
-    let rows = series(&log, &evaluated.data, &evaluated.result).map_err(words)?;
-    rows.write(panel.session.new_file(&series_name(&answer)).map_err(words)?).map_err(words)?;
+    let rows = series(&log, &evaluated.data, &evaluated.result).map_err(message)?;
+    rows.write(panel.session.new_file(&series_name(&answer)).map_err(message)?).map_err(message)?;
     if fits {
         write_values(panel, model_name, &model, &evaluated.result)?;
     }
@@ -95,8 +91,7 @@ pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool,
     describe(&mut json, log_name, model_name, &answer, &model);
     json["sentences"] = sentences.into();
     json["profiles"] = report::profiles_json(&log, &evaluated.data, &evaluated.result);
-    write_json(&panel.session.new_file(&answer).map_err(words)?, &json)?;
-    panel.session.note_command(&command(kind, log_name, model_name));
+    write_json(&panel.session.new_file(&answer).map_err(message)?, &json)?;
     Ok(answer)
 }
 
@@ -109,15 +104,15 @@ fn describe(json: &mut Value, log: &str, model: &str, answer: &str, given: &Mode
 }
 
 fn write_values(panel: &Panel, name: &str, model: &Model, fit: &crate::identify::fit::FitResult) -> Result<(), String> {
-    let path = panel.session.existing(name).map_err(words)?;
-    let _locked = files::lock(&path).map_err(words)?;
-    if Model::read(&path).map_err(words)?.to_toml() != model.to_toml() {
+    let path = panel.session.existing(name).map_err(message)?;
+    let _locked = files::lock(&path).map_err(message)?;
+    if Model::read(&path).map_err(message)?.to_toml() != model.to_toml() {
         return Err(format!("{name} was edited during the fit; nothing was written"));
     }
     let mut fitted = model.clone();
     let values: Vec<(&str, f64)> = fit.parameters.list.iter().map(|p| (p.name.as_str(), p.value)).collect();
-    fitted.set_all(values).map_err(words)?;
-    fitted.write(&path).map_err(words)
+    fitted.set_all(values).map_err(message)?;
+    fitted.write(&path).map_err(message)
 }
 
 /// Finds the effect that the model lacks. The name of the answer; the model is unchanged.
@@ -142,12 +137,11 @@ pub fn explain(panel: &Arc<Panel>, log_name: &str, model_name: &str, job: &Job) 
     }
     let answer = panel.session.free_name("explain", "json");
     let mut json = report::explain_json(&explanation);
-    let rows = series(&explanation.log, &explanation.data(), &explanation.explained).map_err(words)?;
-    rows.write(panel.session.new_file(&series_name(&answer)).map_err(words)?).map_err(words)?;
+    let rows = series(&explanation.log, &explanation.data(), &explanation.explained).map_err(message)?;
+    rows.write(panel.session.new_file(&series_name(&answer)).map_err(message)?).map_err(message)?;
     describe(&mut json, log_name, model_name, &answer, &model);
     json["profiles"] = report::profiles_json(&explanation.log, &explanation.data(), &explanation.explained);
     json["text"] = report::explain_text(&explanation, report::Style { colour: false, width: 100 }).into();
-    write_json(&panel.session.new_file(&answer).map_err(words)?, &json)?;
-    panel.session.note_command(&command("explain", log_name, model_name));
+    write_json(&panel.session.new_file(&answer).map_err(message)?, &json)?;
     Ok(answer)
 }

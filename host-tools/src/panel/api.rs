@@ -21,9 +21,10 @@ use super::line::LineError;
 use super::measure_routes;
 use super::parts::Panel;
 use super::recording::{self, RecordRequest};
-use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed};
+use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed, start_job};
+use super::session::quoted;
 use super::{export, import};
-use crate::acquire::link::{REPLY_TIMEOUT, supervises};
+use crate::acquire::link::{REPLY_TIMEOUT, drives, supervises};
 use crate::files;
 use crate::log::Log;
 use crate::log::import::ENDINGS;
@@ -34,6 +35,9 @@ use crate::report;
 const MAX_BODY: usize = 1 << 20;
 /// Longest expression of a user's effect, characters.
 const MAX_EXPRESSION: usize = 1000;
+
+/// Lines that are accepted while a job uses the stand, beside queries: they set nothing in motion.
+const BESIDE_A_JOB: [&str; 2] = ["OUTPut OFF", "FAULt:CLEar"];
 
 /// The routes below `/api`.
 pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
@@ -92,16 +96,15 @@ async fn command(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
             panel.stop("STOP on a page");
             return Ok(Json(json!({"replies": [], "errors": []})));
         }
+        if panel.jobs.has_stream() && drives(line) && !BESIDE_A_JOB.iter().any(|allowed| line.eq_ignore_ascii_case(allowed)) {
+            return Err(ApiError(StatusCode::CONFLICT, "a recording or a session uses the stand: cancel it first, or STOP".to_owned()));
+        }
         let reply = panel.line.exchange(request.client, line, REPLY_TIMEOUT).map_err(|error| {
             panel.hub.note(line, &[], &[error.to_string()]);
             ApiError(if matches!(error, LineError::Control(_)) { StatusCode::CONFLICT } else { StatusCode::BAD_GATEWAY }, error.to_string())
         })?;
         panel.hub.note(line, &reply.lines, &reply.errors);
-        panel.session.note_command(&format!(
-            "printf '%s\\n' '{}' | stand console --port {}",
-            line.replace('\'', r"'\''"),
-            panel.line.name()
-        ));
+        panel.session.note_command(&format!("printf '%s\\n' {} | stand console --port {}", quoted(line), panel.line.name()));
         Ok(Json(json!({"replies": reply.lines, "errors": reply.errors})))
     })
     .await
@@ -121,11 +124,7 @@ fn check_line(line: &str) -> Result<(), ApiError> {
 async fn record(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: RecordRequest = parsed(&body)?;
     let prepared = request.prepare(&panel).map_err(ApiError::from)?;
-    let (shared, command) = (panel.clone(), prepared.command.clone());
-    let number = panel.jobs.start_at_stand("record", move |job| recording::run(&shared, &prepared, job))?;
-    panel.hub.note(&command, &[], &[]);
-    panel.session.note_command(&command);
-    Ok(Json(json!({"job": number})))
+    start_job(&panel, "record", &prepared.command.clone(), true, move |panel, job| recording::run(panel, &prepared, job))
 }
 
 async fn cancel(_: Admitted, State(panel): Shared) -> Answer {
@@ -144,21 +143,15 @@ struct AnalysisRequest {
 
 async fn compare(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: AnalysisRequest = parsed(&body)?;
-    let shared = panel.clone();
     let kind = if request.fit { "fit" } else { "compare" };
     let command = analysis::command(kind, &request.log, &request.model);
-    let number = panel.jobs.start(kind, move |job| analysis::compare(&shared, &request.log, &request.model, request.fit, job))?;
-    panel.hub.note(&command, &[], &[]);
-    Ok(Json(json!({"job": number})))
+    start_job(&panel, kind, &command, false, move |panel, job| analysis::compare(panel, &request.log, &request.model, request.fit, job))
 }
 
 async fn explain(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: AnalysisRequest = parsed(&body)?;
-    let shared = panel.clone();
     let command = analysis::command("explain", &request.log, &request.model);
-    let number = panel.jobs.start("explain", move |job| analysis::explain(&shared, &request.log, &request.model, job))?;
-    panel.hub.note(&command, &[], &[]);
-    Ok(Json(json!({"job": number})))
+    start_job(&panel, "explain", &command, false, move |panel, job| analysis::explain(panel, &request.log, &request.model, job))
 }
 
 async fn answer(_: Admitted, State(panel): Shared, Query(Name { name }): Query<Name>) -> Answer {

@@ -32,6 +32,7 @@ pub const ASSETS: &[Asset] = assets! {
     "/compensate.js" "text/javascript; charset=utf-8" "compensate.js";
     "/measure.js" "text/javascript; charset=utf-8" "measure.js";
     "/plot.js" "text/javascript; charset=utf-8" "plot.js";
+    "/fields.js" "text/javascript; charset=utf-8" "fields.js";
     "/dom.js" "text/javascript; charset=utf-8" "dom.js";
     "/text.js" "text/javascript; charset=utf-8" "text.js";
     "/vendor/uPlot.esm.js" "text/javascript; charset=utf-8" "vendor/uPlot.esm.js";

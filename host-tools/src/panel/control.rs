@@ -12,6 +12,8 @@ pub const MAX_UNATTENDED: Duration = Duration::from_secs(3600);
 
 /// A connected page.
 pub type ClientId = u64;
+/// A client that never drives: the panel itself.
+pub const NOBODY: ClientId = 0;
 
 /// The client that drives.
 #[derive(Debug, Clone, Copy)]

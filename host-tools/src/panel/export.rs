@@ -15,7 +15,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::connection::PanelConnection;
-use super::control::ClientId;
+use super::control::NOBODY;
 use super::parts::Panel;
 use super::request::{Admitted, Answer, ApiError, Shared, blocking};
 use crate::acquire::preparation::ColumnSettings;
@@ -27,8 +27,6 @@ const MAX_EXPORT: usize = 64 << 20;
 const MAX_COLUMNS: usize = 64;
 /// Part of a column that may be missing.
 const MAX_MISSING: f64 = 0.01;
-/// Queries need no control.
-const NOBODY: ClientId = 0;
 /// What the page names the plots of the running stand.
 const LIVE: &str = "live";
 

@@ -21,6 +21,7 @@ use tokio::sync::mpsc;
 
 use super::parts::Panel;
 use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed};
+use super::session::quoted;
 use crate::files;
 use crate::log::KNOWN;
 use crate::log::import::{ENDINGS, ImportMapping, Statements, file_of, inspect as inspect_log};
@@ -170,12 +171,6 @@ fn command(name: &str, statements: &Statements, accept: bool) -> String {
     }
     command += &statements.sample_rate_Hz.map_or_else(String::new, |rate| format!(" --sample-rate {rate}"));
     if accept { command + " --accept" } else { command }
-}
-
-/// A word of a shell.
-fn quoted(word: &str) -> String {
-    let is_plain = word.chars().all(|c| c.is_ascii_alphanumeric() || "_-.:/=".contains(c));
-    if is_plain { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }
 
 #[cfg(test)]

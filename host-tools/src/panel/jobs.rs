@@ -4,10 +4,12 @@
 //! [`CANCELLED`], which its deadline watches.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use serde::Serialize;
+
+use super::lock::locked;
 
 /// Ends the computation that runs. Static, as [`crate::identify::deadline::Deadline`] requires; there is one panel in a process and one job in a panel.
 pub static CANCELLED: AtomicBool = AtomicBool::new(false);
@@ -15,8 +17,9 @@ pub static CANCELLED: AtomicBool = AtomicBool::new(false);
 /// Interval between looks for the reply of a person.
 const REPLY_INTERVAL: Duration = Duration::from_millis(50);
 
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+/// An error as the line of text that the page shows.
+pub fn message(error: impl std::fmt::Display) -> String {
+    error.to_string()
 }
 
 /// A job, as the page shows it.
@@ -106,23 +109,11 @@ impl Jobs {
         state.is_running && state.uses_stand
     }
 
-    /// Starts a computation, which returns the name of its answer.
+    /// Starts a job, which returns the name of its answer; `uses_stand`: it has the stream until its end.
     ///
     /// # Errors
     /// In words for the page: another job runs, or the system has no thread.
-    pub fn start(&self, kind: &str, work: impl FnOnce(&Job) -> Result<String, String> + Send + 'static) -> Result<u64, String> {
-        self.begin(kind, false, work)
-    }
-
-    /// Starts work at the stand, which has the stream until its end.
-    ///
-    /// # Errors
-    /// As [`Jobs::start`].
-    pub fn start_at_stand(&self, kind: &str, work: impl FnOnce(&Job) -> Result<String, String> + Send + 'static) -> Result<u64, String> {
-        self.begin(kind, true, work)
-    }
-
-    fn begin(
+    pub fn start(
         &self,
         kind: &str,
         uses_stand: bool,

@@ -9,13 +9,14 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver as Queue, Sender, SyncSender, TryRecvError};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use stand_firmware::app::commands::SIGN_OF_LIFE;
 use stand_firmware::telemetry::RowFrame;
 
 use super::control::{ClientId, Control, ControlError};
+use super::lock::locked;
 use crate::acquire::link::{
     END_QUERY, Exchange, ExchangeStep, LineLosses, LinkError, MAX_ATTEMPTS, MAX_LINE, Port, REPLY_TIMEOUT, Received, Receiver, Reply,
     SerialLink, drives, with_checksum,
@@ -101,18 +102,12 @@ pub struct Line {
     shared: Arc<Shared>,
     requests: Sender<Request>,
     name: Arc<str>,
-    identity: Arc<str>,
 }
 
 impl std::fmt::Debug for Request {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Request").field("line", &self.line).finish_non_exhaustive()
     }
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A panic elsewhere must not keep the line from stopping the drive.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Line {
@@ -122,14 +117,11 @@ impl Line {
     /// The port does not exist, is in use, or has no stand behind it.
     pub fn open(path: &Path, observer: Box<dyn LineObserver>) -> Result<(Line, std::thread::JoinHandle<()>), LinkError> {
         // A SerialLink gives signs of life by itself, so it only identifies the stand.
-        let (name, identity) = {
-            let link = SerialLink::open(path)?;
-            (link.name(), link.identity().to_owned())
-        };
+        let name = SerialLink::open(path)?.name();
         let port = Port::open(path)?;
         let shared = Arc::new(Shared::default());
         let (requests, queue) = mpsc::channel();
-        let line = Line { shared: shared.clone(), requests, name: name.into(), identity: identity.into() };
+        let line = Line { shared: shared.clone(), requests, name: name.into() };
         let mut owner = Owner::new(port, shared, queue, observer);
         let thread = std::thread::Builder::new().name("line".to_owned()).spawn(move || owner.run());
         let thread = thread.map_err(|source| LinkError::Other { port: line.name.to_string(), source })?;
@@ -139,11 +131,6 @@ impl Line {
     /// Name of the port.
     pub fn name(&self) -> &str {
         &self.name
-    }
-
-    /// The stand's reply to `*IDN?`.
-    pub fn identity(&self) -> &str {
-        &self.identity
     }
 
     /// Puts 0x18 on the wire ahead of all waiting lines, and revokes the control. `reason` is shown.

@@ -14,9 +14,10 @@ use serde_json::Value;
 use super::analysis::write_json;
 use super::connection::PanelConnection;
 use super::control::ClientId;
-use super::jobs::Job;
+use super::jobs::{Job, message};
 use super::line::Line;
 use super::parts::Panel;
+use super::session::quoted;
 use crate::acquire::calibration_session::error::RunError;
 use crate::acquire::calibration_session::journal::{JOURNAL_FILE, write_atomically};
 use crate::acquire::calibration_session::run::{Operator, Progress, run_session};
@@ -42,14 +43,10 @@ const MAX_TEXT: usize = 100;
 /// Interval between looks at the switch that cancels.
 const CANCEL_INTERVAL: Duration = Duration::from_millis(50);
 
-fn words(error: impl std::fmt::Display) -> String {
-    error.to_string()
-}
-
 /// Runs a computation that has no switch of its own. A cancelled one is abandoned: its thread ends by itself and its result is dropped.
 fn cancellable<T: Send + 'static>(job: &Job, work: impl FnOnce() -> T + Send + 'static) -> Result<T, String> {
     let (done, result) = mpsc::channel();
-    std::thread::Builder::new().name("computation".to_owned()).spawn(move || drop(done.send(work()))).map_err(words)?;
+    std::thread::Builder::new().name("computation".to_owned()).spawn(move || drop(done.send(work()))).map_err(message)?;
     loop {
         match result.recv_timeout(CANCEL_INTERVAL) {
             Ok(result) => return Ok(result),
@@ -63,15 +60,10 @@ fn cancellable<T: Send + 'static>(job: &Job, work: impl FnOnce() -> T + Send + '
 /// Writes the answer and its report as `NAME.json` and `NAME.html`; the name of the first.
 fn write_answer(panel: &Panel, name: &str, answer: &Value, html: &str) -> Result<String, String> {
     let json = format!("{name}.json");
-    let page = panel.session.new_file(&format!("{name}.html")).map_err(words)?;
+    let page = panel.session.new_file(&format!("{name}.html")).map_err(message)?;
     files::replace_text(&page, html).map_err(|error| format!("{}: {error}", page.display()))?;
-    write_json(&panel.session.new_file(&json).map_err(words)?, answer)?;
+    write_json(&panel.session.new_file(&json).map_err(message)?, answer)?;
     Ok(json)
-}
-
-/// A word of a shell command.
-fn quoted(text: &str) -> String {
-    format!("'{}'", text.replace('\'', r"'\''"))
 }
 
 /// Where a session runs.
@@ -89,7 +81,7 @@ impl Place {
     fn check(self, panel: &Panel, client: ClientId) -> Result<(), String> {
         match self {
             Place::Simulated => Ok(()),
-            Place::Stand => panel.line.control().check(client, Instant::now()).map_err(words),
+            Place::Stand => panel.line.control().check(client, Instant::now()).map_err(message),
         }
     }
 
@@ -128,7 +120,7 @@ impl AllanRequest {
     /// # Errors
     /// In words.
     pub fn prepare(self, panel: &Panel) -> Result<Prepared<AllanDeviation>, String> {
-        let log = panel.session.existing(&self.log).map_err(words)?;
+        let log = panel.session.existing(&self.log).map_err(message)?;
         let name = panel.session.free_folder("allan");
         let mut command = format!("stand allan {} --column {}", self.log, quoted(&self.column));
         for (option, value) in [("from", self.from_s), ("to", self.to_s)] {
@@ -147,7 +139,7 @@ impl AllanRequest {
 /// In words.
 pub fn allan(panel: &Panel, prepared: Prepared<AllanDeviation>, job: &Job) -> Result<String, String> {
     job.stage("computing the deviations", None);
-    let answer = cancellable(job, move || prepared.work.answer())?.map_err(words)?;
+    let answer = cancellable(job, move || prepared.work.answer())?.map_err(message)?;
     let display = allan_report::Display::new(&answer, Units::default());
     let mut json = allan_report::json(&answer, &display);
     json["text"] = allan_report::text(&answer, &display).into();
@@ -192,20 +184,20 @@ impl DriftRequest {
     /// In words.
     pub fn prepare(self, panel: &Panel) -> Result<Prepared<PreparedDrift>, String> {
         self.place.check(panel, self.client)?;
-        within("cycles", self.cycles.into(), 1.0, 1000.0).map_err(words)?;
-        within("pulse_s", self.pulse_s, 1e-3, 60.0).map_err(words)?;
-        within("rest_s", self.rest_s, 1e-3, 1e5).map_err(words)?;
-        within("number of rates", self.rates_deg_s.len() as f64, 1.0, 4.0).map_err(words)?;
+        within("cycles", self.cycles.into(), 1.0, 1000.0).map_err(message)?;
+        within("pulse_s", self.pulse_s, 1e-3, 60.0).map_err(message)?;
+        within("rest_s", self.rest_s, 1e-3, 1e5).map_err(message)?;
+        within("number of rates", self.rates_deg_s.len() as f64, 1.0, 4.0).map_err(message)?;
         for rate in &self.rates_deg_s {
-            within("rates_deg_s", *rate, 1e-6, 100.0).map_err(words)?;
+            within("rates_deg_s", *rate, 1e-6, 100.0).map_err(message)?;
         }
-        check_amplitudes(&self.rates_deg_s).map_err(words)?;
-        within("number of positions", self.positions_deg.len() as f64, 1.0, MAX_POSITIONS as f64).map_err(words)?;
+        check_amplitudes(&self.rates_deg_s).map_err(message)?;
+        within("number of positions", self.positions_deg.len() as f64, 1.0, MAX_POSITIONS as f64).map_err(message)?;
         for position in &self.positions_deg {
-            within("positions_deg", *position, -360.0, 360.0).map_err(words)?;
+            within("positions_deg", *position, -360.0, 360.0).map_err(message)?;
         }
         if let Some(latitude) = self.latitude_deg {
-            within("latitude_deg", latitude, -90.0, 90.0).map_err(words)?;
+            within("latitude_deg", latitude, -90.0, 90.0).map_err(message)?;
         }
         let name = panel.session.free_folder("drift");
         let list = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
@@ -280,17 +272,17 @@ pub fn drift(panel: &Panel, prepared: &Prepared<PreparedDrift>, job: &Job) -> Re
             (block_on(drift_session::measure(&mut stand, request, turn, show)), panel.line.name().to_owned(), *latitude_deg)
         }
     };
-    let recording = recording.map_err(words)?;
+    let recording = recording.map_err(message)?;
     job.stage("computing the drift", None);
-    let path = panel.session.new_file(&format!("{}.parquet", prepared.name)).map_err(words)?;
+    let path = panel.session.new_file(&format!("{}.parquet", prepared.name)).map_err(message)?;
     // The rows are kept also where no drift can be computed from them; that reason is the first to be shown.
     let kept = recording.log(&path, &request.plan, latitude_deg).and_then(|log| log.write(&path));
     let evaluate = move || {
         let measurement = Measurement::of_recording(source, &recording, latitude_deg, SetupUncertainties::default())?;
         measurement.evaluate()
     };
-    let result = cancellable(job, evaluate)?.map_err(words)?;
-    kept.map_err(words)?;
+    let result = cancellable(job, evaluate)?.map_err(message)?;
+    kept.map_err(message)?;
     let mut json = drift_report::json(&result, Units::default());
     json["text"] = drift_report::text(&result, Units::default()).into();
     write_answer(panel, &prepared.name, &json, &drift_report::html(&result, Units::default()))
@@ -337,7 +329,7 @@ impl CalibrateRequest {
         command += &format!(" --json {name}.json --html {name}.html");
         let [serial, operator] = [&self.serial, &self.operator].map(|text| Some(text.as_str()).filter(|text| !text.is_empty()));
         let changes = SessionChanges { serial, operator };
-        let session = PreparedSession::new(None, self.kind, changes).map_err(words)?;
+        let session = PreparedSession::new(None, self.kind, changes).map_err(message)?;
         let Self { client, place, seed, .. } = self;
         Ok(Prepared { command, uses_stand: place == Place::Stand, name, work: PreparedCalibration { client, place, session, seed } })
     }
@@ -395,9 +387,9 @@ pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &
     let stored = calibration_report::stored(&record);
     let html = calibration_report::html(&record);
     let mut json = value(&stored);
-    let text = serde_json::to_string_pretty(&json).map_err(words)?;
-    write_atomically(&folder.join(RECORD_FILE), &format!("{text}\n")).map_err(words)?;
-    write_atomically(&folder.join("record.html"), &html).map_err(words)?;
+    let text = serde_json::to_string_pretty(&json).map_err(message)?;
+    write_atomically(&folder.join(RECORD_FILE), &format!("{text}\n")).map_err(message)?;
+    write_atomically(&folder.join("record.html"), &html).map_err(message)?;
     json["text"] = calibration_report::text(&calibration_report::displayed_record(&stored, &Units::default())).into();
     json["folder"] = prepared.name.clone().into();
     write_answer(panel, &prepared.name, &json, &html)
@@ -417,6 +409,6 @@ fn ended_early(folder: &Path, name: &str, error: &RunError) -> String {
 /// # Errors
 /// In words.
 pub fn steps(kind: DutKind) -> Result<Vec<(String, f64)>, String> {
-    let prepared = PreparedSession::new(None, kind, SessionChanges::default()).map_err(words)?;
+    let prepared = PreparedSession::new(None, kind, SessionChanges::default()).map_err(message)?;
     Ok(prepared.session.steps.into_iter().map(|step| (step.name, step.seconds)).collect())
 }

@@ -10,10 +10,9 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::compensation::{self, CompensateRequest};
-use super::jobs::Job;
 use super::measure::{self, AllanRequest, CalibrateRequest, DriftRequest};
 use super::parts::Panel;
-use super::request::{Admitted, Answer, Name, Shared, blocking, parsed};
+use super::request::{Admitted, Answer, Name, Shared, blocking, parsed, start_job};
 use crate::acquire::calibration_session::DutKind;
 use crate::log::Log;
 use crate::report::plot_files::plots_of;
@@ -46,41 +45,27 @@ async fn reply(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     Ok(Json(json!({})))
 }
 
-/// Notes the command of a job and starts it.
-fn start(
-    panel: &Arc<Panel>,
-    kind: &str,
-    command: &str,
-    uses_stand: bool,
-    work: impl FnOnce(&Arc<Panel>, &Job) -> Result<String, String> + Send + 'static,
-) -> Answer {
-    let shared = panel.clone();
-    let work = move |job: &Job| work(&shared, job);
-    let number = if uses_stand { panel.jobs.start_at_stand(kind, work)? } else { panel.jobs.start(kind, work)? };
-    panel.hub.note(command, &[], &[]);
-    panel.session.note_command(command);
-    Ok(Json(json!({"job": number})))
-}
-
 async fn compensate(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: CompensateRequest = parsed(&body)?;
     let command = request.command(&panel)?;
-    start(&panel, "compensate", &command, true, move |panel, job| compensation::run(panel, &request, job))
+    start_job(&panel, "compensate", &command, true, move |panel, job| compensation::run(panel, &request, job))
 }
 
 async fn allan(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let prepared = parsed::<AllanRequest>(&body)?.prepare(&panel)?;
-    start(&panel, "allan", &prepared.command.clone(), false, move |panel, job| measure::allan(panel, prepared, job))
+    start_job(&panel, "allan", &prepared.command.clone(), false, move |panel, job| measure::allan(panel, prepared, job))
 }
 
 async fn drift(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let prepared = parsed::<DriftRequest>(&body)?.prepare(&panel)?;
-    start(&panel, "drift", &prepared.command.clone(), prepared.uses_stand, move |panel, job| measure::drift(panel, &prepared, job))
+    start_job(&panel, "drift", &prepared.command.clone(), prepared.uses_stand, move |panel, job| measure::drift(panel, &prepared, job))
 }
 
 async fn calibrate(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let prepared = parsed::<CalibrateRequest>(&body)?.prepare(&panel)?;
-    start(&panel, "calibrate", &prepared.command.clone(), prepared.uses_stand, move |panel, job| measure::calibrate(panel, &prepared, job))
+    start_job(&panel, "calibrate", &prepared.command.clone(), prepared.uses_stand, move |panel, job| {
+        measure::calibrate(panel, &prepared, job)
+    })
 }
 
 #[derive(Deserialize)]

@@ -17,6 +17,7 @@ mod hub;
 mod import;
 mod jobs;
 mod line;
+mod lock;
 mod measure;
 mod measure_routes;
 mod parts;

@@ -12,6 +12,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
+use super::jobs::Job;
 use super::parts::Panel;
 
 /// Why a request failed: one line for the person.
@@ -53,6 +54,22 @@ pub fn parsed<T: DeserializeOwned>(body: &Bytes) -> Result<T, ApiError> {
 /// Runs a computation off the async threads.
 pub async fn blocking<T: Send + 'static>(work: impl FnOnce() -> Result<T, ApiError> + Send + 'static) -> Result<T, ApiError> {
     tokio::task::spawn_blocking(work).await?
+}
+
+/// Starts a job and notes the command that does the same in a shell. `uses_stand`: see [`super::jobs::Jobs::start`].
+pub fn start_job(
+    panel: &Arc<Panel>,
+    kind: &str,
+    command: &str,
+    uses_stand: bool,
+    work: impl FnOnce(&Arc<Panel>, &Job) -> Result<String, String> + Send + 'static,
+) -> Answer {
+    let shared = panel.clone();
+    let work = move |job: &Job| work(&shared, job);
+    let number = panel.jobs.start(kind, uses_stand, work)?;
+    panel.hub.note(command, &[], &[]);
+    panel.session.note_command(command);
+    Ok(Json(json!({"job": number})))
 }
 
 /// The name of a file of the session or of an effect, in the address.

@@ -131,28 +131,28 @@ async fn guard(State(panel): State<Arc<Panel>>, request: Request, next: Next) ->
     response
 }
 
-/// A place among the pages; given back when it is dropped.
-struct Place(Arc<Panel>);
+/// One of the pages that may be open; given back when it is dropped.
+struct ClientSlot(Arc<Panel>);
 
-impl Place {
+impl ClientSlot {
     fn take(panel: &Arc<Panel>) -> Option<Self> {
         let taken = panel.clients.fetch_update(Ordering::SeqCst, Ordering::SeqCst, |n| (n < MAX_CLIENTS).then_some(n + 1));
-        taken.is_ok().then(|| Place(panel.clone()))
+        taken.is_ok().then(|| ClientSlot(panel.clone()))
     }
 }
 
-impl Drop for Place {
+impl Drop for ClientSlot {
     fn drop(&mut self) {
         self.0.clients.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
 async fn upgrade(State(panel): State<Arc<Panel>>, upgrade: WebSocketUpgrade) -> Response {
-    let Some(place) = Place::take(&panel) else {
+    let Some(slot) = ClientSlot::take(&panel) else {
         return (StatusCode::SERVICE_UNAVAILABLE, "16 pages are open: close one").into_response();
     };
     upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE).on_upgrade(move |socket| async move {
-        socket::serve(place.0.clone(), socket).await;
-        drop(place);
+        socket::serve(slot.0.clone(), socket).await;
+        drop(slot);
     })
 }

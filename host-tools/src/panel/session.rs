@@ -55,6 +55,12 @@ pub struct Session {
     commands: std::sync::Mutex<File>,
 }
 
+/// A word of a shell.
+pub fn quoted(word: &str) -> String {
+    let is_plain = !word.is_empty() && word.chars().all(|c| c.is_ascii_alphanumeric() || "_-.:/=".contains(c));
+    if is_plain { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+}
+
 /// A name with its last number apart: `run-10.parquet` comes behind `run-9.parquet`.
 fn numbered(name: &str) -> (String, u64, String) {
     let stem = name.split('.').next().unwrap_or(name);

@@ -1,6 +1,6 @@
 //! The WebSocket of a page: binary messages only.
 //!
-//! From the page: first the token, within two seconds; then single bytes ([`Word`]). To the page: the messages of [`super::hub`], and the state ten times a second. The page's
+//! From the page: first the token, within two seconds; then single bytes ([`page_message`]). To the page: the messages of [`super::hub`], and the state ten times a second. The page's
 //! beats come from animation frames of its main thread: a frozen or hidden page sends none.
 
 use std::sync::Arc;
@@ -26,8 +26,8 @@ const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 /// Interval of the state.
 const STATE_INTERVAL: Duration = Duration::from_millis(100);
 
-/// Words of a page.
-mod word {
+/// Messages of a page, one byte each.
+mod page_message {
     /// A beat of the lease.
     pub const BEAT: u8 = 0x01;
     /// Take the control.
@@ -44,13 +44,11 @@ struct PageState {
     client: ClientId,
     driver: Option<ClientId>,
     port: String,
-    identity: String,
     folder: String,
     drive: DriveState,
     job: JobState,
     lost_rows: u64,
     damaged_frames: u64,
-    clients: usize,
 }
 
 fn state(panel: &Panel, client: ClientId) -> Bytes {
@@ -59,13 +57,11 @@ fn state(panel: &Panel, client: ClientId) -> Bytes {
         client,
         driver: panel.line.control().driver(Instant::now()),
         port: panel.line.name().to_owned(),
-        identity: panel.line.identity().to_owned(),
         folder: panel.session.folder().display().to_string(),
         drive: panel.hub.drive(),
         job: panel.hub.job(),
         lost_rows: losses.rows,
         damaged_frames: losses.damaged,
-        clients: panel.clients.load(Ordering::Relaxed),
     };
     json_message(MessageKind::State, &state)
 }
@@ -101,8 +97,8 @@ async fn exchange(panel: &Arc<Panel>, client: ClientId, socket: &mut WebSocket) 
         let out = tokio::select! {
             biased;
             received = socket.recv() => match received {
-                Some(Ok(Message::Binary(words))) => {
-                    words.iter().for_each(|word| take_word(panel, client, *word));
+                Some(Ok(Message::Binary(bytes))) => {
+                    bytes.iter().for_each(|byte| handle_message(panel, client, *byte));
                     None
                 }
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => None,
@@ -123,16 +119,16 @@ async fn exchange(panel: &Arc<Panel>, client: ClientId, socket: &mut WebSocket) 
     }
 }
 
-fn take_word(panel: &Panel, client: ClientId, given: u8) {
+fn handle_message(panel: &Panel, client: ClientId, given: u8) {
     let now = Instant::now();
     match given {
-        word::BEAT => panel.line.control().beat(client, now),
-        word::TAKE => {
+        page_message::BEAT => panel.line.control().beat(client, now),
+        page_message::TAKE => {
             // A refusal shows in the state: another client is the driver.
             let _ = panel.line.control().take(client, now);
         }
-        word::LEAVE => panel.leave(client, "the page that drives was hidden or gave up the control"),
-        word::STOP => panel.stop("STOP on a page"),
+        page_message::LEAVE => panel.leave(client, "the page that drives was hidden or gave up the control"),
+        page_message::STOP => panel.stop("STOP on a page"),
         _ => {}
     }
 }

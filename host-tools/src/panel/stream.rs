@@ -6,15 +6,13 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::control::ClientId;
+use super::control::NOBODY;
 use super::jobs::Jobs;
 use super::line::Line;
 use crate::acquire::link::REPLY_TIMEOUT;
 
 /// Time without rows after which the stream is started.
 const SILENCE: Duration = Duration::from_millis(400);
-/// No page: commands of the stream need no control.
-const NOBODY: ClientId = 0;
 /// Ten channels at 1 kHz.
 const COMMANDS: [&str; 4] = ["STReam:CHANnels u_V", "STReam:DECimation 1", "STReam:CHANnels DEFault", "STReam ON"];
 

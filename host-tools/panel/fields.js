@@ -1,0 +1,20 @@
+// Labelled fields of the forms, what is typed in them, and who has the control.
+import { drives } from "./connection.js";
+import { byId, element } from "./dom.js";
+import { parse, text } from "./text.js";
+
+/** @param {string} key @param {any} input */
+export const field = (key, input) => element("label", { class: "field" }, text(key), input);
+
+/** The number in a field. @param {string} id @param {string} key of its label */
+export function typed(id, key) {
+  const value = parse(byId(id).value);
+  if (!Number.isFinite(value)) throw new Error(`${text(key)}: ${byId(id).value}?`);
+  return value;
+}
+
+/** Who has the control, and whether it can be taken. @param {any} now the state of the program @param {string} words @param {string} take ids of the text and the button */
+export function showControl(now, words, take) {
+  byId(words).textContent = text(drives() ? "you_drive" : now.driver == null ? "nobody_drives" : "other_drives");
+  byId(take).disabled = now.driver != null;
+}
