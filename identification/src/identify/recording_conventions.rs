@@ -5,7 +5,8 @@
 //! kept where the likelihood of the residuals rises clearly. Outliers are found first; see [`super::fit::outliers`].
 
 use super::fit::prepare::PreparationNote;
-use super::fit::{FitError, FitResult, PreparedLog, outliers, voltage};
+use super::fit::voltage::{self, WalkVariance};
+use super::fit::{FitError, FitResult, PreparedLog, outliers};
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
@@ -124,7 +125,7 @@ pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Optio
             }
             data.input_at_t = true;
             data.input = voltage::input(log.column(column)?, true, &data.segments).into_owned().into();
-            data.voltage_course_V = voltage::voltage_course_V(log, data.driven, true, &data.segments);
+            data.voltage_course_V = voltage::voltage_course_V(log, data.driven, true, &data.segments, WalkVariance::Local);
             Some(PreparationNote::AssumedAtT { column })
         }
         Convention::CurrentAtT => {

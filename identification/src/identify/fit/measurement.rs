@@ -109,7 +109,7 @@ impl<S: Scalar> MeasurementChain<S> {
             over_row: channel.channel == Channel::Current && !channel.instant,
             window_s,
             skew_s,
-            within_rows: history.is_some() || !filter.is_empty(),
+            within_rows: history.is_some() || (!filter.is_empty() && matches!(channel.channel, Channel::Rate | Channel::Angle)),
             filter,
             history,
             last: None,
