@@ -340,6 +340,10 @@ pub trait Board {
     fn edge(&mut self) -> Option<Edge>;
     /// That counter and the time at the start of the latest index pulse; `None` if no pulse started since the last call.
     fn index(&mut self) -> Option<Edge>;
+    /// Time of the last edge on the input of the clock reference (1PPS); `None` if there was none since the last call, and on a board without that input.
+    fn reference_pulse(&mut self) -> Option<EdgeTime> {
+        None
+    }
     /// Sum of the current conversions since the last call, stamped with the end of the sum.
     fn current(&mut self) -> Stamped<CurrentSum>;
     /// Newest sample of the rate sensor; `None` without a sensor.

@@ -4,8 +4,8 @@ use stand_firmware::board::Hardware;
 use stand_firmware::speed_loop::Settings;
 
 use crate::faults::Faults;
-use crate::peripherals::SensorSetup;
 use crate::peripherals::imu::ImuSetup;
+use crate::peripherals::{ClockSetup, SensorSetup};
 
 /// The stand apart from its plant: scales, sensors, settings of the firmware.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -22,6 +22,9 @@ pub struct StandSetup {
     /// The sensor under test, if the platform carries one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imu: Option<ImuSetup>,
+    /// Crystal of the controller, and the reference beside it.
+    #[serde(skip_serializing_if = "ClockSetup::is_default")]
+    pub clock: ClockSetup,
 }
 
 impl StandSetup {

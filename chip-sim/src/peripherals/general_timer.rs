@@ -112,8 +112,8 @@ impl GeneralTimer {
         }
     }
 
-    /// A rising edge of the index at `at`, on the input of `channel`; `disc` is the count of the disc.
-    pub fn index_edge(&mut self, channel: usize, at: Time, disc: i64) {
+    /// A rising edge at `at` on the input of `channel`; `disc` is the count of the disc.
+    pub fn rising_edge(&mut self, channel: usize, at: Time, disc: i64) {
         if self.captures(channel) {
             let count = if self.is_encoder() { (disc - self.encoder_zero) as u32 } else { self.count_at(at) };
             self.capture(channel, count);

@@ -56,8 +56,9 @@ const TIM3: usize = 1;
 const TIM4: usize = 2;
 const TIM5: usize = 3;
 
-/// Channel of an encoder timer or edge timer that captures the index, from 0.
+/// Channels from 0: of an encoder timer or edge timer that captures the index, and of the edge timer that captures the clock reference.
 const COUNTER_INDEX: usize = 2;
+const TIMER_REFERENCE: usize = 2;
 const TIMER_INDEX: usize = 3;
 
 /// The chip.
@@ -304,7 +305,7 @@ impl Soc {
                 [(TIM3, COUNTER_INDEX, pin(b'B', 0), 2), (TIM4, COUNTER_INDEX, pin(b'B', 8), 2), (TIM2, TIMER_INDEX, pin(b'B', 2), 1)]
             {
                 if self.gpio.is_alternate(input, function) {
-                    self.timers[timer].index_edge(channel, at, disc);
+                    self.timers[timer].rising_edge(channel, at, disc);
                 }
             }
         }
@@ -321,6 +322,13 @@ impl Soc {
             while self.board.next_sensor_step() <= self.now {
                 self.board.step_sensor();
                 self.follow_encoder();
+            }
+            while self.board.next_reference_pulse() <= self.now {
+                let at = self.board.next_reference_pulse();
+                self.board.pass_reference_pulse();
+                if self.gpio.is_alternate(board::CLOCK_REFERENCE, 1) {
+                    self.timers[TIM2].rising_edge(TIMER_REFERENCE, at, 0);
+                }
             }
             if self.trigger <= self.now {
                 self.adc.trigger(self.trigger, self.pclk2);
@@ -416,6 +424,7 @@ impl Soc {
             self.watchdog.next(),
             self.window.next(),
             self.board.next_sensor_step(),
+            self.board.next_reference_pulse(),
         ]
         .into_iter()
         .min()

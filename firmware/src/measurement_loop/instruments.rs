@@ -1,8 +1,9 @@
-//! Instruments: online evaluation of the rows (turns, stability, timing, drive, sensor).
+//! Instruments: online evaluation of the rows (turns, stability, timing, drive, sensor, clock).
 //!
 //! In: rows, as a [`RowSink`]. Out: readings, at any time. Shared between the measurement and the console on one thread; neither holds it
 //! across a wait.
 
+use super::clock_reference::{ClockReading, ClockReference};
 use super::drive_estimate::{DriveEstimator, DriveReading};
 use super::sensor_estimate::{SensorEstimator, SensorReading};
 use super::stability::{Stability, StabilityReading};
@@ -27,6 +28,7 @@ struct State {
     windows: Windows,
     drive: DriveEstimator,
     sensor: SensorEstimator,
+    clock: ClockReference,
 }
 
 impl Instruments {
@@ -42,6 +44,7 @@ impl Instruments {
                 windows: Windows::default(),
                 drive: DriveEstimator::default(),
                 sensor: SensorEstimator::default(),
+                clock: ClockReference::new(hardware.edge_timer_Hz as u32),
             }),
         }
     }
@@ -57,6 +60,9 @@ impl Instruments {
         }
         if let Some(turn) = row.turn.filter(|turn| state.turns.update(*turn)) {
             state.stability.turn(&turn, &state.hardware);
+        }
+        if let Some(at) = row.reference_pulse {
+            state.clock.add(at);
         }
         if let Some(window) = state.windows.update(row) {
             state.drive.add(&window);
@@ -87,6 +93,18 @@ impl Instruments {
     /// Scale, bias and delay of the sensor under test, or of the stand's rate sensor if there is none.
     pub fn sensor(&self) -> Option<SensorReading> {
         self.state.try_borrow().ok().and_then(|state| state.sensor.reading())
+    }
+
+    /// The crystal compared with the clock reference since the last restart.
+    pub fn clock(&self) -> ClockReading {
+        self.state.try_borrow().map(|state| state.clock.reading()).unwrap_or_default()
+    }
+
+    /// Restarts the comparison with the clock reference.
+    pub fn restart_clock(&self) {
+        if let Ok(mut state) = self.state.try_borrow_mut() {
+            state.clock.restart();
+        }
     }
 
     /// Restarts the rate stability, for a new command.

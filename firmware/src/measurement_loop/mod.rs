@@ -7,8 +7,9 @@
 //! rows out, together with their numbers. Angles are counted from the index if it was seen before the session, else from the counter's zero.
 //! A missing sensor, or a current without a conversion, is `None`.
 //!
-//! [`Instruments`] evaluates the rows: constants of drive and sensor, rate, stability, timing.
+//! [`Instruments`] evaluates the rows: constants of drive and sensor, rate, stability, timing, frequency of the crystal.
 
+mod clock_reference;
 mod decimate;
 mod drive_estimate;
 mod instruments;
@@ -22,6 +23,7 @@ mod timing;
 mod turn;
 mod windows;
 
+pub use clock_reference::ClockReading;
 pub use decimate::Decimate;
 pub use drive_estimate::{DriveReading, Estimate};
 pub use instruments::Instruments;
@@ -66,6 +68,7 @@ struct Readings {
     has_passed_index: bool,
     edge: Option<(i64, EdgeTime)>,
     turn: Option<Turn>,
+    reference_pulse: Option<EdgeTime>,
     imu: Option<sensors::Motion>,
     imu_age: u64,
     sensor_C: Option<f32>,
@@ -192,6 +195,7 @@ impl<'a> MeasurementLoop<'a> {
         let temperature = board.temperature();
         let edge = board.edge();
         let index = board.index();
+        let reference_pulse = board.reference_pulse();
         self.position.take(encoder.value);
         // A captured count is less than half a wrap back.
         let unwrap = |count| self.position.counts.wrapping_sub(i64::from(encoder.value.since(count)));
@@ -210,6 +214,7 @@ impl<'a> MeasurementLoop<'a> {
             has_passed_index: index.is_some(),
             edge,
             turn,
+            reference_pulse,
             imu: imu.map(|newest| newest.value),
             imu_age: imu.map_or(0, |newest| newest.age(now)),
             sensor_C: self.imu.and_then(|shared| shared.status().temperature_C),
@@ -241,6 +246,7 @@ impl<'a> MeasurementLoop<'a> {
             has_passed_index: k.has_passed_index,
             edge: k.edge,
             turn: k.turn,
+            reference_pulse: k.reference_pulse,
             omega_rad_s: k.omega_rad_s,
             gyro_rad_s: k.imu.and_then(|motion| motion.rate_rad_s).map(f64::from),
             accel_x_m_s2: k.imu.map(|motion| f64::from(motion.outward_m_s2)),

@@ -34,6 +34,8 @@ pub struct Row {
     pub edge: Option<(i64, EdgeTime)>,
     /// The last whole turn before t_k, by the index.
     pub turn: Option<Turn>,
+    /// The last edge on the input of the clock reference within the millisecond before t_k.
+    pub reference_pulse: Option<EdgeTime>,
     /// The stand's rate sensor at t_k, rad/s.
     pub omega_rad_s: Option<f64>,
     /// Rate of the sensor under test about the platform's axis, newest sample at t_k, rad/s.

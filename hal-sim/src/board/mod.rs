@@ -11,13 +11,15 @@ use crate::clock::{SimClock, VirtualClock};
 use crate::faults::{ActiveFaults, Decoder, FaultKind, Faults};
 use crate::gyro::{GyroLine, GyroPort};
 use crate::peripherals::imu::{self as chip, Imu, ImuSetup};
-use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, RateSensor, SensorSetup, SlowChannel, TaskEdge};
+use crate::peripherals::{
+    ClockSetup, Crystal, CurrentAdc, Edges, Encoder, Index, Noise, RateSensor, ReferencePulses, SensorSetup, SlowChannel, TaskEdge,
+};
 use crate::setup::StandSetup;
 use embedded_hal_async::spi::{MODE_3, Mode};
 pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
-    Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, GyroSample, Hardware, RateCode, RollCode, Sensed, Stamped, SupplyCode,
-    TICKS_PER_CONTROL, TICKS_PER_S, TemperatureCode, TickIo, Ticks, TorquerStep,
+    Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EdgeTime, EncoderCount, GyroSample, Hardware, RateCode, RollCode, Sensed, Stamped,
+    SupplyCode, TICKS_PER_CONTROL, TICKS_PER_S, TemperatureCode, TickIo, Ticks, TorquerStep,
 };
 use std::cell::RefCell;
 
@@ -102,6 +104,12 @@ pub struct Bench<P> {
     silent_since: Option<Ticks>,
     /// Current, A, and rate, rad/s, that a noise burst adds.
     burst: [Noise; 2],
+    /// Time base of the controller: [`Ticks`] count its periods, the plant has true time.
+    crystal: Crystal,
+    reference: Option<ReferencePulses>,
+    edge_timer_Hz: f64,
+    /// Capture of the reference's last pulse that has not been read.
+    captured_pulse: Option<EdgeTime>,
 }
 
 impl<P: PlantPort> Bench<P> {
@@ -138,13 +146,17 @@ impl<P: PlantPort> Bench<P> {
             stuck: None,
             silent_since: None,
             burst: [Noise::new(seed, 4, 1.0), Noise::new(seed, 5, 1.0)],
+            crystal: Crystal::new(&ClockSetup::default()),
+            reference: None,
+            edge_timer_Hz: hardware.edge_timer_Hz,
+            captured_pulse: None,
             plant,
         }
     }
 
     /// The bench of a stand: its sensors, its faults, and the sensor under test.
     pub fn of(stand: &StandSetup, seed: u64, plant: P) -> Self {
-        let bench = Self::new(&stand.hardware, &stand.sensors, seed, plant).with_faults(stand.faults);
+        let bench = Self::new(&stand.hardware, &stand.sensors, seed, plant).with_faults(stand.faults).with_clock(&stand.clock, seed);
         match stand.imu {
             Some(sensor) => bench.with_imu(sensor, seed),
             None => bench,
@@ -163,10 +175,17 @@ impl<P: PlantPort> Bench<P> {
         Self { broken: ActiveFaults::new(faults), ..self }
     }
 
+    /// The same bench with this crystal and reference; `seed` of the reference's phase and jitter.
+    pub fn with_clock(self, clock: &ClockSetup, seed: u64) -> Self {
+        let reference = clock.reference.map(|reference| ReferencePulses::new(&reference, seed));
+        Self { crystal: Crystal::new(clock), reference, ..self }
+    }
+
     /// Power-on: the counters start at 0 at any position of the disc, without a capture.
     pub fn power_on(&mut self) {
         self.decoder = Decoder::at(self.encoder.whole(self.plant.theta_rad()));
         self.captured = [None; 2];
+        self.captured_pulse = None;
     }
 
     /// No output of the controller: from the next tick on no voltage is commanded.
@@ -236,7 +255,7 @@ impl<P: PlantPort> Bench<P> {
     fn select_sensor(&mut self, now: Ticks, mode: Mode) -> sensor_bus::Exchange<'_> {
         let mut chip = self.imu.as_mut().map(|imu| &mut imu.chip);
         if let Some(chip) = &mut chip {
-            chip.select(now.seconds());
+            chip.select(self.crystal.true_s(now.seconds()));
         }
         sensor_bus::Exchange(chip, mode)
     }
@@ -262,9 +281,11 @@ impl<P: PlantPort> Bench<P> {
         if steps == 0 {
             return;
         }
-        let dt_s = steps as f64 * (1.0 / TICKS_PER_S as f64);
+        let counted_s = steps as f64 * (1.0 / TICKS_PER_S as f64);
+        let dt_s = self.crystal.true_s(counted_s);
         self.plant.advance(self.acting_V, dt_s);
-        self.edges.advance(self.encoder.exact(self.plant.theta_rad()), self.plant.true_rate_rad_s(), dt_s);
+        // The edge timer counts the crystal's periods.
+        self.edges.advance(self.encoder.exact(self.plant.theta_rad()), self.plant.true_rate_rad_s(), counted_s);
         let disturbed = if self.broken.any() { self.rate_disturbance_rad_s() } else { 0.0 };
         self.rate.value.advance(self.plant.rate_rad_s() + disturbed, dt_s);
         if let Some(gyro) = &mut self.gyro {
@@ -310,7 +331,15 @@ impl<P: PlantPort> Bench<P> {
             gyro.tick(self.now);
         }
         if let Some(imu) = &mut self.imu {
-            imu.tick(self.now.seconds(), self.plant.rate_rad_s(), self.plant.true_rate_rad_s(), self.plant.true_theta_rad());
+            imu.tick(
+                self.crystal.true_s(self.now.seconds()),
+                self.plant.rate_rad_s(),
+                self.plant.true_rate_rad_s(),
+                self.plant.true_theta_rad(),
+            );
+        }
+        if self.reference.is_some() {
+            self.pass_reference();
         }
         if self.tick.is_multiple_of(CONTROL_PER_ROW) {
             if !self.broken.is_active(FaultKind::ConverterStopped) {
@@ -341,6 +370,17 @@ impl<P: PlantPort> Bench<P> {
             self.pending_V = 0.0;
         }
         !self.broken.is_active(FaultKind::LostTicks) && !self.broken.is_active(FaultKind::PowerCut)
+    }
+
+    /// Captures a pulse of the reference that came since the last tick.
+    fn pass_reference(&mut self) {
+        let now_s = self.crystal.true_s(self.now.seconds());
+        let pulse_s = self.reference.as_mut().and_then(|reference| reference.pass(now_s));
+        let pulse_s = pulse_s.filter(|_| !self.broken.is_active(FaultKind::ReferenceOff));
+        let interference_s = self.broken.is_active(FaultKind::ReferenceInterference).then_some(now_s);
+        if let Some(at_s) = interference_s.or(pulse_s) {
+            self.captured_pulse = Some(EdgeTime((self.crystal.counted_s(at_s) * self.edge_timer_Hz) as u64));
+        }
     }
 
     /// A fault has started or ended.
@@ -470,6 +510,10 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
 
     fn index(&mut self) -> Option<Edge> {
         self.bench.borrow_mut().captured[1].take()
+    }
+
+    fn reference_pulse(&mut self) -> Option<EdgeTime> {
+        self.bench.borrow_mut().captured_pulse.take()
     }
 
     fn current(&mut self) -> Stamped<CurrentSum> {

@@ -47,6 +47,10 @@ pub enum FaultKind {
     AngleSensorOff,
     /// The torquer amplifier is limited to the magnitude, A.
     TorquerLimit,
+    /// The wire of the clock reference is disconnected.
+    ReferenceOff,
+    /// Interference on the wire of the clock reference: an edge in each control tick.
+    ReferenceInterference,
 }
 
 /// Magnitude of a kind of fault.
@@ -62,7 +66,7 @@ pub struct Magnitude {
 
 impl FaultKind {
     /// All kinds.
-    pub const ALL: [FaultKind; 20] = [
+    pub const ALL: [FaultKind; 22] = [
         FaultKind::EncoderAOff,
         FaultKind::EncoderBOff,
         FaultKind::IndexOff,
@@ -83,6 +87,8 @@ impl FaultKind {
         FaultKind::LineBreak,
         FaultKind::AngleSensorOff,
         FaultKind::TorquerLimit,
+        FaultKind::ReferenceOff,
+        FaultKind::ReferenceInterference,
     ];
 
     /// Its bit in a set.
@@ -98,6 +104,11 @@ impl FaultKind {
     /// Whether the kind concerns the gyroscope, which not every stand has.
     pub fn affects_gyroscope(self) -> bool {
         matches!(self, FaultKind::AngleSensorOff | FaultKind::TorquerLimit)
+    }
+
+    /// Whether the kind concerns the clock reference, which not every stand has.
+    pub fn affects_clock_reference(self) -> bool {
+        matches!(self, FaultKind::ReferenceOff | FaultKind::ReferenceInterference)
     }
 
     /// The magnitude; `None` where the kind has none.

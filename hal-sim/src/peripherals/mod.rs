@@ -4,6 +4,7 @@
 //! sensor has a random stream of its own, so that another sensor does not change the others; a seed gives the same numbers on
 //! every machine (xoshiro256++ and its `jump`).
 
+mod clock_reference;
 mod current;
 mod edges;
 mod encoder;
@@ -19,6 +20,7 @@ mod slow_noise;
 mod stalling_flash;
 mod task_edge;
 
+pub use clock_reference::{ClockSetup, Crystal, ReferencePulses, ReferenceSetup};
 pub use current::CurrentAdc;
 pub use edges::Edges;
 pub use encoder::Encoder;

@@ -16,6 +16,9 @@
 //! [imu]
 //! part = "adxl355"
 //! radius_m = 0.04
+//! [clock]
+//! crystal_ppm = 40.0
+//! reference = {}
 //! [[faults]]
 //! what = "supply-dip"
 //! from_s = 2.0
@@ -30,8 +33,8 @@ use serde::{Deserialize, Serialize};
 pub use super::error::StandError;
 use super::outsiders::Outsiders;
 use crate::faults::Faults;
-use crate::peripherals::SensorSetup;
 use crate::peripherals::imu::ImuSetup;
+use crate::peripherals::{ClockSetup, SensorSetup};
 use crate::setup::StandSetup;
 use drive_model::{Elastic, ParameterKind};
 use stand_firmware::board::Hardware;
@@ -58,6 +61,9 @@ pub struct Stand {
     /// The sensor under test, if the platform carries one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imu: Option<ImuSetup>,
+    /// Crystal of the controller, and the reference beside it.
+    #[serde(skip_serializing_if = "ClockSetup::is_default")]
+    pub clock: ClockSetup,
     /// Scales of converters and encoder.
     pub hardware: Hardware,
     /// Settings of the firmware; missing settings follow from the drive.
@@ -119,6 +125,7 @@ impl Default for Stand {
             outsiders: Outsiders::default(),
             sensors: SensorSetup::default(),
             imu: None,
+            clock: ClockSetup::default(),
             hardware: Hardware::default(),
             firmware: Settings::default(),
             faults: Faults::default(),
@@ -185,6 +192,11 @@ impl Stand {
                 range: "from −100 to 200".to_owned(),
             });
         }
+        for (key, value, (least, most)) in self.clock.values() {
+            if !(least..=most).contains(&value) {
+                return Err(StandError::OutOfRange { key: key.to_owned(), value, range: format!("from {least} to {most}") });
+            }
+        }
         self.check_outside()?;
         self.faults.check()?;
         self.effect_parameters().map(|_| ())
@@ -242,7 +254,14 @@ impl Stand {
 
     /// The setup without the plant: scales, sensors, settings of the firmware.
     pub fn setup(&self) -> StandSetup {
-        StandSetup { hardware: self.hardware, sensors: self.sensors, settings: self.firmware, faults: self.faults, imu: self.imu }
+        StandSetup {
+            hardware: self.hardware,
+            sensors: self.sensors,
+            settings: self.firmware,
+            faults: self.faults,
+            imu: self.imu,
+            clock: self.clock,
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! `MEASure`: the newest row, and the estimates of turns, rate stability, drive, sensor and timing. `FORMat:UNITs`: the form of all numbers in replies.
+//! `MEASure`: the newest row, and the estimates of turns, rate stability, drive, sensor, timing and clock. `FORMat:UNITs`: the form of all numbers in replies.
 
 use super::{Action, Done, Entry, entry};
 use crate::app::state::State;
@@ -76,6 +76,12 @@ pub(super) const ENTRIES: &[Entry] = &[
         "intervals between the rows",
     ),
     entry(
+        "MEASure:CLOCk",
+        Action::TextQuery("pulses,rejected edges,seconds S,timer steps in them,their standard deviation HZ", clock),
+        "the crystal compared with a reference of one pulse per second",
+    ),
+    entry("MEASure:CLOCk:RESet", Action::Event(|state| (state.measured.instruments.restart_clock(), Ok(())).1), "restart"),
+    entry(
         "FORMat:UNITs",
         Action::Switch { read: |state| state.out.has_units.get(), write: |state, on| (state.out.has_units.set(on), Ok(())).1 },
         "units behind the numbers of replies, for people; OFF after power-on, *RST and HOST:RELease",
@@ -135,4 +141,11 @@ fn timing(state: &State<'_>, out: &mut dyn Write) -> Done {
         write!(out, ",{}", state.with_unit(seconds, "S"))?;
     }
     Ok(())
+}
+
+fn clock(state: &State<'_>, out: &mut dyn Write) -> Done {
+    let clock = state.measured.instruments.clock();
+    let seconds = state.with_unit(f64::from(clock.seconds), "S");
+    let deviation = state.with_unit(clock.deviation_Hz.unwrap_or(f64::NAN), "HZ");
+    Ok(write!(out, "{},{},{seconds},{},{deviation}", clock.pulses, clock.rejected, clock.steps)?)
 }

@@ -1,4 +1,5 @@
-//! One encoder input: a counter of both channels, a timer that captures the times of the edges, and the index on both.
+//! One encoder input: a counter of both channels, a timer that captures the times of the edges, and the index on both. The timer of the measurement loop
+//! also captures the pulses of the clock reference.
 //!
 //! The board has two inputs on the same three wires, one for the speed loop and one for the measurement loop; they share nothing. The counter
 //! is a timer in encoder mode (16 bits). The edge timer runs free at 90 MHz with 32 bits; its first input is A XOR B (RM0390 §17.3.19),
@@ -18,9 +19,10 @@ const FILTER: FilterValue = FilterValue::FCK_INT_N8;
 /// The alternate functions of the timers' pins (DS10693, table 11).
 const AF_TIM2: u8 = 1;
 const AF_TIM3_4_5: u8 = 2;
-/// Capture channels: A XOR B of an edge timer; the index of a counter and of the measurement loop's edge timer.
+/// Capture channels: A XOR B of an edge timer; the index of a counter; clock reference and index of the measurement loop's edge timer.
 const EDGE: usize = 0;
 const COUNTER_INDEX: usize = 2;
+const TIMER_REFERENCE: usize = 2;
 const TIMER_INDEX: usize = 3;
 
 /// A consistent reading of counter and edge timer.
@@ -116,26 +118,38 @@ pub enum EdgeTimer {
     Tim5 = AF_TIM3_4_5 as isize,
 }
 
-/// Time of the index, captured by the measurement loop's edge timer on a separate pin.
-pub struct IndexTime {
+/// Times of the rising edges at a pin of its own, captured by the measurement loop's edge timer (TIM2).
+pub struct RisingEdges {
     edges: TimGp32,
+    channel: usize,
     _pin: Flex<'static>,
 }
 
-impl IndexTime {
-    /// Configures channel 4 of TIM2; call after [`Encoder::new`].
-    pub fn new(edges: TimGp32, pin: Peri<'static, impl Pin>) -> Self {
-        edges.ccmr_input(1).modify(|w| {
-            w.set_ccs(TIMER_INDEX - 2, CcmrInputCcs::TI4);
-            w.set_icf(TIMER_INDEX - 2, FILTER);
-        });
-        edges.ccer().modify(|w| w.set_cce(TIMER_INDEX, true));
-        Self { edges, _pin: input(pin, AF_TIM2) }
+impl RisingEdges {
+    /// The index on channel 4; call after [`Encoder::new`].
+    pub fn of_index(edges: TimGp32, pin: Peri<'static, impl Pin>) -> Self {
+        Self::new(edges, TIMER_INDEX, input(pin, AF_TIM2))
     }
 
-    /// The edge timer at the index's last rising edge, if one came since the last call.
+    /// The clock reference on channel 3; call after [`Encoder::new`]. Its pin has a pull-down resistor, so that it has no edges without a reference.
+    pub fn of_clock_reference(edges: TimGp32, pin: Peri<'static, impl Pin>) -> Self {
+        let mut pin = Flex::new(pin);
+        pin.set_as_af_unchecked(AF_TIM2, AfType::input(Pull::Down));
+        Self::new(edges, TIMER_REFERENCE, pin)
+    }
+
+    fn new(edges: TimGp32, channel: usize, pin: Flex<'static>) -> Self {
+        edges.ccmr_input(1).modify(|w| {
+            w.set_ccs(channel - 2, CcmrInputCcs::TI4);
+            w.set_icf(channel - 2, FILTER);
+        });
+        edges.ccer().modify(|w| w.set_cce(channel, true));
+        Self { edges, channel, _pin: pin }
+    }
+
+    /// The edge timer at the last edge, if one came since the last call.
     pub fn take(&mut self) -> Option<u32> {
-        self.edges.sr().read().ccif(TIMER_INDEX).then(|| self.edges.ccr(TIMER_INDEX).read())
+        self.edges.sr().read().ccif(self.channel).then(|| self.edges.ccr(self.channel).read())
     }
 }
 

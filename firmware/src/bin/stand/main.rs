@@ -28,7 +28,7 @@ use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::{Peri, bind_interrupts, dma, gpio, interrupt, pac, peripherals, rcc, timer, uid, usart};
-use encoder::{EdgeTimer, Encoder, IndexTime};
+use encoder::{EdgeTimer, Encoder, RisingEdges};
 use flash::SettingsFlash;
 use stand_firmware::app::{App, Identity, Measurement, Memory, assemble};
 use stand_firmware::button::{ReceiverWithButton, TypedLine};
@@ -65,14 +65,15 @@ async fn main(spawner: Spawner) -> ! {
     rcc::enable_and_reset::<peripherals::TIM2>();
     let encoder = Encoder::new(pac::TIM3, pac::TIM5, p.PA0, p.PA1, p.PB0, EdgeTimer::Tim5);
     let measurement_encoder = Encoder::new(pac::TIM4, pac::TIM2, p.PA15, p.PB3, p.PB8, EdgeTimer::Tim2);
-    let index_time = IndexTime::new(pac::TIM2, p.PB2);
+    let index_time = RisingEdges::of_index(pac::TIM2, p.PB2);
+    let clock_reference = RisingEdges::of_clock_reference(pac::TIM2, p.PB10);
     let stop_contact = gpio::Input::new(p.PC8, gpio::Pull::Up);
     output_timeout::start(p.TIM8, p.DMA2_CH1, bridge::outputs_off());
     tick::start(tick::Tick::new(interrupt, encoder, bridge, stop_contact));
 
     let pins = sensor_bus::Pins { clock: p.PB13, to_sensor: p.PB15, from_sensor: p.PB14, select: p.PB12 };
     let bus = sensor_bus::start(p.SPI2, pins, p.DMA1_CH4, p.DMA1_CH3, Irqs);
-    let board = sensors::StandBoard::new(measurement_encoder, index_time, bus);
+    let board = sensors::StandBoard::new(measurement_encoder, index_time, clock_reference, bus);
 
     let mut line = usart::Config::default();
     line.baudrate = serial::BAUD;

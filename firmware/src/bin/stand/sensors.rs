@@ -1,7 +1,7 @@
 //! Board access of the tasks ([`Board`]): second encoder input with edge times, ADC ring, SPI bus of the sensor under test.
 
 use crate::analog::{self, SlowChannels, Sweeps};
-use crate::encoder::{Encoder, IndexTime, Reading};
+use crate::encoder::{Encoder, Reading, RisingEdges};
 use crate::sensor_bus::SensorBus;
 use crate::tick::BoardClock;
 use crate::torquer::Torquer;
@@ -21,7 +21,8 @@ pub fn encoder_readings() -> u32 {
 /// Hardware that the tasks own.
 pub struct StandBoard {
     encoder: Encoder,
-    index_time: IndexTime,
+    index_time: RisingEdges,
+    clock_reference: RisingEdges,
     bus: Option<SensorBus>,
     sweeps: Sweeps,
     torquer: Torquer,
@@ -36,10 +37,11 @@ pub struct StandBoard {
 
 impl StandBoard {
     /// Board access with this hardware.
-    pub fn new(encoder: Encoder, index_time: IndexTime, bus: SensorBus) -> Self {
+    pub fn new(encoder: Encoder, index_time: RisingEdges, clock_reference: RisingEdges, bus: SensorBus) -> Self {
         Self {
             encoder,
             index_time,
+            clock_reference,
             bus: Some(bus),
             sweeps: Sweeps::default(),
             torquer: Torquer::default(),
@@ -50,6 +52,7 @@ impl StandBoard {
         }
     }
 
+    #[inline(never)] // for the size of the image
     fn read(&mut self) -> Reading {
         let reading = self.encoder.read();
         let passed = reading.now.wrapping_sub(self.edge_time.0 as u32);
@@ -97,10 +100,17 @@ impl Board for StandBoard {
     }
 
     fn index(&mut self) -> Option<Edge> {
-        self.read();
         // Both are captured from the same signal. One without the other means a broken wire.
         let (count, caught) = (self.encoder.index(), self.index_time.take());
+        // After the captures: they must not be later than the extended time.
+        self.read();
         Some(Edge { count: count?, at: self.edge_time.when(caught?) })
+    }
+
+    fn reference_pulse(&mut self) -> Option<EdgeTime> {
+        let caught = self.clock_reference.take()?;
+        self.read();
+        Some(self.edge_time.when(caught))
     }
 
     fn current(&mut self) -> Stamped<CurrentSum> {
