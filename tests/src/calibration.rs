@@ -8,7 +8,7 @@ use host_tools::calibrate::record::{CalibrationRecord, compute};
 use host_tools::calibrate::{Findings, Quantity, Step};
 use host_tools::statistics::Extremes;
 use host_tools::statistics::uncertainty::{COVERAGE_PROBABILITY, Evaluation, coverage_factor};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The folder of a session; dropping it removes the folder.
@@ -20,6 +20,11 @@ impl Folder {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         Self(std::env::temp_dir().join(format!("stand-calibration-{}-{number}", std::process::id())))
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.0
     }
 }
 

@@ -12,6 +12,7 @@ pub mod apply;
 pub mod archive;
 pub mod by_hand;
 pub mod certificate;
+pub mod crystal;
 pub mod drive;
 pub mod gyro;
 pub mod lock_in;
@@ -25,7 +26,7 @@ pub mod store;
 pub mod stored_record;
 pub mod trend;
 
-pub use crate::acquire::calibration_session::{Assumptions, DutKind, Mounting, Orientation, Step};
+pub use crate::acquire::calibration_session::{Assumptions, DutKind, MeasuredCrystal, Mounting, Orientation, Step};
 use crate::statistics::uncertainty;
 pub use note::{AbsenceReason, Basis, Meaning, Remark};
 use response_function::ResponseFunction;
@@ -122,6 +123,8 @@ pub struct Findings {
     pub response_function: Option<ResponseFunction>,
     /// Gain and phase by frequency.
     pub frequency_response: Vec<FrequencyPoint>,
+    /// Frequency of the stand's crystal, where a clock reference has measured it; times and rates are corrected for it.
+    pub crystal: Option<MeasuredCrystal>,
 }
 
 /// Gain and phase at one frequency, with expanded uncertainties.
@@ -192,6 +195,34 @@ pub enum CalibrateError {
     TooFewPlateaus {
         /// Number.
         count: usize,
+    },
+    /// Crystal and clock reference differ by more than their bounds.
+    #[error(
+        "clock: by the reference `{reference}` the crystal of the stand is off by {error_ppm:+.1} ppm, but the session states ± {crystal_ppm} ppm for the crystal and ± {reference_ppm} ppm for the reference; correct known.crystal_ppm or [clock_reference] in the session.toml of the folder, whichever is wrong, and evaluate with --from"
+    )]
+    ClocksDisagree {
+        /// Name of the reference.
+        reference: String,
+        /// Relative frequency error by the reference, ppm.
+        error_ppm: f64,
+        /// Half-width of the crystal, ppm.
+        crystal_ppm: f64,
+        /// Half-width of the reference, ppm.
+        reference_ppm: f64,
+    },
+    /// Most edges on the input of the clock reference are no pulses.
+    #[error(
+        "clock: {rejected} edges on the input of the reference `{reference}` are not a whole number of seconds from a pulse, {pulses} are: interference, or a crystal that is off by more than 200 ppm, beyond the ± {crystal_ppm} ppm of the session; without [clock_reference] in the session.toml of the folder --from evaluates with this bound, unchecked"
+    )]
+    ReferenceRejected {
+        /// Name of the reference.
+        reference: String,
+        /// Edges that are no pulses.
+        rejected: f64,
+        /// Pulses.
+        pulses: f64,
+        /// Half-width of the crystal, ppm.
+        crystal_ppm: f64,
     },
     /// No quantity of the drive was found.
     #[error("drive: the logs determine no quantity of the drive; record the default session (`stand calibrate drive`)")]

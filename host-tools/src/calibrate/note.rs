@@ -11,6 +11,13 @@ pub enum Basis {
         /// ppm.
         half_width_ppm: f64,
     },
+    /// The crystal, compared with a clock reference.
+    MeasuredCrystal {
+        /// Time with pulses of the reference, s.
+        seconds: f64,
+        /// Half-width of the reference, ppm.
+        reference_ppm: f64,
+    },
     /// Half-width, m, of a radius.
     RadiusHalfWidth {
         /// m.
@@ -470,6 +477,20 @@ pub enum AbsenceReason {
     NoCorner,
 }
 
+/// Why the reference that a session names was not used.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum UnusedReference {
+    /// No pulse came.
+    NoPulses,
+    /// The pulses cover too little of the recorded time.
+    TooShort {
+        /// Time with pulses, s.
+        seconds: f64,
+        /// Recorded time, s.
+        recorded_s: f64,
+    },
+}
+
 /// A remark on the whole calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remark {
@@ -499,6 +520,24 @@ pub enum Remark {
         greatest_rad_s: f64,
         /// Full scale, rad/s.
         full_scale_rad_s: f64,
+    },
+    /// The frequency of the crystal was measured, and the logs were corrected.
+    CrystalMeasured {
+        /// Name of the clock reference.
+        reference: String,
+        /// Relative frequency error of the crystal, ppm.
+        error_ppm: f64,
+        /// Its expanded uncertainty, ppm.
+        U_ppm: f64,
+        /// Time with pulses, s.
+        seconds: f64,
+    },
+    /// The clock reference of the session was not used.
+    ReferenceUnused {
+        /// Its name.
+        reference: String,
+        /// Why.
+        reason: UnusedReference,
     },
     /// An accelerometer at a radius shows the square of the rate.
     SquareOfRate,

@@ -4,7 +4,7 @@
 //! [`StoredRecord`](super::stored_record::StoredRecord).
 
 use super::step_table::{StepTableError, read_steps};
-use super::{Assumptions, CalibrateError, DutKind, Findings, Step, accel, drive, gyro};
+use super::{Assumptions, CalibrateError, DutKind, Findings, Remark, Step, accel, crystal, drive, gyro};
 use crate::acquire::calibration_session::journal::{Journal, JournalError, StepRecord, read_logs, sha256};
 use crate::acquire::calibration_session::{Limits, Session};
 use crate::log::Log;
@@ -75,7 +75,26 @@ pub fn compute(folder: &Path) -> Result<CalibrationRecord, RecordError> {
 /// # Errors
 /// As [`compute`].
 pub fn findings(steps: &[StepRecord], session: &Session, folder: &Path) -> Result<Findings, RecordError> {
-    of_steps(&read_logs(steps, folder)?, session)
+    let logs = read_logs(steps, folder)?;
+    let Some(reference) = &session.clock_reference else { return of_steps(&logs, session) };
+    let readings: Vec<_> = steps.iter().filter_map(|step| step.clock).collect();
+    let recorded_s = logs.iter().map(|step| step.log.duration_s()).sum();
+    match crystal::measured(&readings, recorded_s, reference, session.assumptions.crystal_ppm)? {
+        Ok(found) => {
+            let logs =
+                logs.iter().map(|step| crystal::corrected(step, &found)).collect::<Result<Vec<_>, _>>().map_err(JournalError::from)?;
+            let assumptions = Assumptions { measured_crystal: Some(found), ..session.assumptions };
+            let mut findings = of_steps(&logs, &Session { assumptions, ..session.clone() })?;
+            findings.remarks.insert(0, crystal::remark(&found, reference));
+            findings.crystal = Some(found);
+            Ok(findings)
+        }
+        Err(reason) => {
+            let mut findings = of_steps(&logs, session)?;
+            findings.remarks.insert(0, Remark::ReferenceUnused { reference: reference.name.clone(), reason });
+            Ok(findings)
+        }
+    }
 }
 
 fn of_steps(steps: &[Step], session: &Session) -> Result<Findings, RecordError> {
@@ -126,6 +145,7 @@ pub fn compute_foreign(table: &Path, folder: &Path, dut_kind: DutKind, known: Fo
         warm_up_band_rad_s,
         settle_s,
         assumptions,
+        clock_reference: None,
         limits: Limits::default(),
         steps: Vec::new(),
     };
@@ -143,6 +163,7 @@ pub fn compute_foreign(table: &Path, folder: &Path, dut_kind: DutKind, known: Fo
             mounting: step.mounting,
             instruction: None,
             added_inertia_kg_m2: None,
+            clock: None,
         });
     }
     Ok(CalibrationRecord { journal, session, findings, computed: crate::log::timestamp() })

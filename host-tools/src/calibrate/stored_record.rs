@@ -84,6 +84,23 @@ pub struct RecordHeader {
     /// Gain and phase by frequency.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub frequency_response: Vec<FrequencyPoint>,
+    /// The crystal by the clock reference, where one was used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crystal: Option<StoredCrystal>,
+}
+
+/// The crystal of the stand, compared with a clock reference.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct StoredCrystal {
+    /// Name of the reference.
+    pub reference: String,
+    /// Relative frequency error of the crystal, ppm; positive: fast.
+    pub error_ppm: f64,
+    /// Its expanded uncertainty, ppm.
+    #[serde(rename = "U_ppm")]
+    pub expanded_u_ppm: f64,
+    /// Time with pulses of the reference, s.
+    pub seconds: f64,
 }
 
 /// A quantity that was not found.

@@ -87,6 +87,9 @@ pub struct Assumptions {
     pub scale_percent: f64,
     /// Output of a gyro per acceleration across its axis, °/s/g: the centripetal acceleration at a radius makes an error proportional to Ω².
     pub g_sensitivity_deg_s_g: f64,
+    /// Frequency of the crystal by a clock reference, in place of `crystal_ppm`: not in a session file, but found in its logs.
+    #[serde(skip)]
+    pub measured_crystal: Option<MeasuredCrystal>,
 }
 
 impl Default for Assumptions {
@@ -103,8 +106,24 @@ impl Default for Assumptions {
             temperature_K: 1.0,
             scale_percent: 1.0,
             g_sensitivity_deg_s_g: 0.1, // upper end of the data sheets of MEMS gyros: 0.03 (ADXRS450) to 0.1 (ADXRS620)
+            measured_crystal: None,
         }
     }
+}
+
+/// Frequency of the controller's crystal by a clock reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredCrystal {
+    /// Relative frequency error; positive: fast.
+    pub relative_error: f64,
+    /// Its standard uncertainty.
+    pub u: f64,
+    /// Degrees of freedom.
+    pub dof: f64,
+    /// Time with pulses of the reference, s.
+    pub seconds: f64,
+    /// Half-width of the reference's frequency error, ppm.
+    pub reference_ppm: f64,
 }
 
 /// Note of a log whose step begins with a start of the sensor under test.

@@ -1,6 +1,6 @@
 //! Journal of a session: what has been done. The file is in the folder of the logs and is replaced atomically after each step.
 
-use super::{DutKind, Mounting, Session, Step};
+use super::{ClockReading, DutKind, Mounting, Session, Step};
 use crate::files;
 use crate::log::{Log, LogError, timestamp};
 use serde::{Deserialize, Serialize};
@@ -37,6 +37,9 @@ pub struct StepRecord {
     /// Moment of inertia added to the platform, kg m².
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_inertia_kg_m2: Option<f64>,
+    /// The crystal compared with the clock reference of the session.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock: Option<ClockReading>,
 }
 
 /// The journal of a session.

@@ -5,6 +5,7 @@
 //! before anything moves ([`check`]). The analysis of the logs is in [`crate::calibrate`], a higher layer.
 
 pub mod check;
+mod clock;
 pub mod device;
 pub mod drawn_dut;
 pub mod error;
@@ -18,7 +19,8 @@ mod stable;
 mod step;
 
 pub use check::check;
-pub use device::{Assumptions, DutKind, EARTH_RAD_S, Mounting, Orientation, RESTART_NOTE, Step};
+pub use clock::{ClockReading, ClockReference};
+pub use device::{Assumptions, DutKind, EARTH_RAD_S, MeasuredCrystal, Mounting, Orientation, RESTART_NOTE, Step};
 pub use prepared::{PreparedSession, SessionChanges, default_folder};
 
 use serde::{Deserialize, Serialize};
@@ -79,6 +81,9 @@ pub struct Session {
     /// Knowledge that no log contains.
     #[serde(default, rename = "known")]
     pub assumptions: Assumptions,
+    /// Second clock at the stand's input for one pulse per second.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock_reference: Option<ClockReference>,
     /// Limits of all steps, beside those of the stand.
     #[serde(default)]
     pub limits: Limits,
@@ -180,6 +185,14 @@ impl Session {
         }
         if let Some(latitude) = session.assumptions.latitude_deg.filter(|l| !(-90.0..=90.0).contains(l)) {
             return invalid(format!("known.latitude_deg: {latitude} is outside -90 … 90"));
+        }
+        if let Some(reference) = &session.clock_reference {
+            if reference.name.trim().is_empty() {
+                return invalid("clock_reference.name: record and certificate need the name of the reference".into());
+            }
+            if !(0.0..=100.0).contains(&reference.error_ppm) {
+                return invalid(format!("clock_reference.error_ppm: {} is outside 0 … 100", reference.error_ppm));
+            }
         }
         let assumed = &session.assumptions;
         let half_widths = [

@@ -7,7 +7,7 @@
 use super::check::{StandLimits, check};
 use super::error::RunError;
 use super::journal::{JOURNAL_FILE, Journal, JournalError, SESSION_FILE, StepRecord, sha256, write_atomically};
-use super::step::{put_aside, record};
+use super::step::{RecordedStep, put_aside, record};
 use super::{Mounting, Orientation, PlanError, PreparedSession, Session};
 use crate::acquire::connection::StandConnection;
 use crate::acquire::preparation::{is_rejected, latched_fault};
@@ -158,13 +158,24 @@ async fn steps(
         journal.interruptions.extend(put_aside(folder, &file)?);
         journal.current_step = Some(plan.name.clone());
         journal.write(folder)?;
-        let (rows, lost_rows) =
+        let RecordedStep { rows, lost_rows, clock } =
             record(stand, session, plan, &folder.join(&file), &mountings[k], &mut |at_s, rate| on_progress(progress(at_s, rate))).await?;
         let sha256 = sha256(&folder.join(&file))?;
         let (name, added_inertia_kg_m2) = (plan.name.clone(), plan.added_inertia_kg_m2);
         journal.current_step = None;
         let mounting = mountings[k];
-        journal.steps.push(StepRecord { name, log: file, sha256, rows, lost_rows, began, mounting, instruction, added_inertia_kg_m2 });
+        journal.steps.push(StepRecord {
+            name,
+            log: file,
+            sha256,
+            rows,
+            lost_rows,
+            began,
+            mounting,
+            instruction,
+            added_inertia_kg_m2,
+            clock,
+        });
         journal.write(folder)?;
     }
     Ok(())

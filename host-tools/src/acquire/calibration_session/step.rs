@@ -1,9 +1,10 @@
 //! One step: commands to the stand, and its rows into a log.
 
+use super::clock;
 use super::error::RunError;
 use super::notes::notes;
 use super::stable::StabilityDetector;
-use super::{DriveMode, DutKind, Mounting, Session, StepPlan};
+use super::{ClockReading, DriveMode, DutKind, Mounting, Session, StepPlan};
 use crate::acquire::connection::StandConnection;
 use crate::acquire::preparation::{bring_to_rest, find_index, is_rejected, latched_fault};
 use crate::acquire::record::{LogFile, Recorder};
@@ -59,7 +60,17 @@ fn failed(log: &str, message: impl std::fmt::Display) -> RunError {
     RunError::Write { log: log.to_owned(), message: message.to_string() }
 }
 
-/// Runs one step and writes its log; returns the number of rows and of lost rows. An early end leaves whole rows.
+/// What a step has recorded.
+pub(super) struct RecordedStep {
+    /// Number of rows.
+    pub rows: u64,
+    /// Rows lost on the serial line.
+    pub lost_rows: u64,
+    /// The crystal compared with the clock reference, where the session has one.
+    pub clock: Option<ClockReading>,
+}
+
+/// Runs one step and writes its log. An early end leaves whole rows.
 pub(super) async fn record(
     stand: &mut impl StandConnection,
     session: &Session,
@@ -67,7 +78,7 @@ pub(super) async fn record(
     path: &Path,
     mounting: &Mounting,
     on_progress: &mut impl FnMut(f64, f64) -> bool,
-) -> Result<(u64, u64), RunError> {
+) -> Result<RecordedStep, RunError> {
     let file = LogFile::of(path).map_err(|e| failed(&path.display().to_string(), e))?;
     let ended = record_into(stand, session, plan, &file, path, mounting, on_progress).await;
     let Err(error) = ended else { return ended };
@@ -96,7 +107,7 @@ async fn record_into(
     path: &Path,
     mounting: &Mounting,
     on_progress: &mut impl FnMut(f64, f64) -> bool,
-) -> Result<(u64, u64), RunError> {
+) -> Result<RecordedStep, RunError> {
     let step = || plan.name.clone();
     if let Some(fault) = latched_fault(stand).await? {
         return Err(RunError::Fault { step: step(), fault });
@@ -123,6 +134,9 @@ async fn record_into(
     let detector = plan.stable_K_min.zip(session.temperature_column());
     let mut monitor =
         StepMonitor { detector: detector.map(|(below_K_min, column)| StabilityDetector::new(column, below_K_min)), on_progress };
+    if session.clock_reference.is_some() {
+        clock::restart(stand).await?;
+    }
     let recording = recording::record(stand, &request, &mut recorder, &mut monitor).await.map_err(|error| match error {
         RecordingError::Connection(error) => RunError::Stand(error),
         RecordingError::Write(error) => write_error(error),
@@ -144,7 +158,11 @@ async fn record_into(
     notes.extend(monitor.detector.map(|detector| Note::Text("stable", detector.note(recorder.last_s()))));
     recorder.finish(&notes).map_err(write_error)?;
     file.close().map_err(|e| failed(&path.display().to_string(), e))?;
-    Ok((rows, recording.lost_rows))
+    let clock = match session.clock_reference {
+        Some(_) => Some(clock::read(stand).await?),
+        None => None,
+    };
+    Ok(RecordedStep { rows, lost_rows: recording.lost_rows, clock })
 }
 
 async fn at_rest(stand: &mut impl StandConnection, plan: &StepPlan) -> Result<(), RunError> {

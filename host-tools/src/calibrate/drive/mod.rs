@@ -15,10 +15,9 @@ use super::{Basis, CalibrateError, Findings, Step};
 use crate::acquire::calibration_session::Session;
 use crate::calibrate::Contribution;
 
-/// Crystal of the stand: its relative frequency error is that of rates and frequencies. `sensitivity`: change of the result per relative error.
+/// Clock of the stand. `sensitivity`: change of the result per relative frequency error.
 pub(super) fn clock(session: &Session, sensitivity: f64) -> Contribution {
-    let half_width_ppm = session.assumptions.crystal_ppm;
-    Contribution::rectangular("clock", half_width_ppm * 1e-6, "1", sensitivity, Basis::Crystal { half_width_ppm })
+    super::crystal::clock(&session.assumptions, sensitivity)
 }
 
 /// Contributions of the stand's voltage and current readings to a quantity; `exponents` are the powers with which voltage and current enter it.

@@ -1,16 +1,11 @@
-//! Influences of type B that several quantities of a gyro share: clock, misalignment, g-sensitivity, thermometer. One definition each, so that the
+//! Influences of type B that several quantities of a gyro share: misalignment, g-sensitivity, thermometer, beside the clock of the stand. One definition each, so that the
 //! covariance of two quantities follows from their names.
 
+pub(super) use crate::calibrate::crystal::clock;
 use crate::calibrate::{Assumptions, Basis, Contribution};
 
 /// Standard gravity, m/s².
 pub(super) const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
-
-/// Crystal of the stand: its relative frequency error is that of all reference rates. `sensitivity`: change of the result per relative error.
-pub(super) fn clock(assumed: &Assumptions, sensitivity: f64) -> Contribution {
-    let half_width_ppm = assumed.crystal_ppm;
-    Contribution::rectangular("clock", half_width_ppm * 1e-6, "1", sensitivity, Basis::Crystal { half_width_ppm })
-}
 
 /// Factor by which a measured scale is corrected for the mean of the cosine of the angle between both axes: the angle is uniform within ± m, so the
 /// mean of its cosine is 1 − m²/6 (GUM F.2.4.4).

@@ -19,8 +19,11 @@ pub use text::text;
 pub use trend::{trend_html, trend_json, trend_text};
 pub use words::{absence, basis, meaning};
 
+use crate::calibrate::crystal::expanded_u;
 use crate::calibrate::record::CalibrationRecord;
-use crate::calibrate::stored_record::{RecordHeader, StoredAbsence, StoredCurve, StoredQuantity, StoredRecord, StoredSeries};
+use crate::calibrate::stored_record::{
+    RecordHeader, StoredAbsence, StoredCrystal, StoredCurve, StoredQuantity, StoredRecord, StoredSeries,
+};
 use crate::calibrate::{CalibrateError, Curve, Meaning};
 use crate::report::{plain, with_sigma};
 use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, CovarianceMatrix, Quantity};
@@ -50,6 +53,12 @@ pub fn stored(record: &CalibrationRecord) -> StoredRecord {
             covariance: CovarianceMatrix::of(&findings.quantities),
             response_function: findings.response_function.as_ref().map(|f| f.stored(basis)),
             frequency_response: findings.frequency_response.clone(),
+            crystal: findings.crystal.as_ref().zip(session.clock_reference.as_ref()).map(|(found, reference)| StoredCrystal {
+                reference: reference.name.clone(),
+                error_ppm: 1e6 * found.relative_error,
+                expanded_u_ppm: 1e6 * expanded_u(found),
+                seconds: found.seconds,
+            }),
         },
     }
 }

@@ -1,13 +1,17 @@
 //! Words for the typed notes of a calibration.
 
+use crate::calibrate::note::UnusedReference;
 use crate::calibrate::response::Structure;
 use crate::calibrate::{AbsenceReason, Basis, CurveKind, Meaning, Remark, SeriesKind};
-use crate::report::{plain, significant};
+use crate::report::{plain, significant, with_sigma};
 
 /// How a contribution was evaluated.
 pub fn basis(basis: &Basis) -> String {
     match basis {
         Basis::Crystal { half_width_ppm } => format!("crystal, ± {half_width_ppm} ppm"),
+        Basis::MeasuredCrystal { seconds, reference_ppm } => {
+            format!("crystal, compared with the clock reference over {seconds:.0} s; reference ± {reference_ppm} ppm")
+        }
         Basis::RadiusHalfWidth { half_width_m } => format!("half-width {half_width_m} m"),
         Basis::AssumedRadius { radius_m, half_width_m } => format!("assumed radius {radius_m} m, half-width {half_width_m} m"),
         Basis::AssumedScale { half_width_percent } => format!("assumed scale 1, half-width {half_width_percent} %"),
@@ -289,6 +293,19 @@ pub(super) fn remark(remark: &Remark) -> String {
             plain(*greatest_rad_s, 3),
             plain(*full_scale_rad_s, 3)
         ),
+        Remark::CrystalMeasured { reference, error_ppm, U_ppm, seconds } => format!(
+            "By the clock reference `{reference}` the crystal of the stand is off by {} ppm (U) over {seconds:.0} s; times and rates are corrected for it.",
+            with_sigma(*error_ppm, *U_ppm)
+        ),
+        Remark::ReferenceUnused { reference, reason } => {
+            let reason = match reason {
+                UnusedReference::NoPulses => "no pulse came; the input is PB10, docs/hardware.md".to_owned(),
+                UnusedReference::TooShort { seconds, recorded_s } => {
+                    format!("its pulses cover {seconds:.0} s of {recorded_s:.0} s; half of it and 10 s are needed")
+                }
+            };
+            format!("The clock reference `{reference}` was not used, the bound of the crystal is in the budgets: {reason}.")
+        }
         Remark::SquareOfRate => {
             "An accelerometer at a radius measures the square of the rate: no sign, and no sensitivity near rest.".into()
         }

@@ -259,6 +259,9 @@ fn statements(xml: &mut Xml, certificate: &Certificate) {
     };
     statement("not accredited", STATEMENT);
     statement("traceability", &d.traceability);
+    if let Some(crystal) = &certificate.record.header.crystal {
+        statement("clock reference", &crystal.reference);
+    }
     statement("place", &d.place);
     let adjustment = if d.adjustment.what.is_empty() { "none: as found is as left" } else { &d.adjustment.what };
     statement("adjustment", adjustment);

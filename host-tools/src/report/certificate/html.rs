@@ -59,6 +59,7 @@ pub fn html(certificate: &Certificate) -> String {
         row("place", d.place.clone());
         row("method", d.method.clone());
         row("traceability", d.traceability.clone());
+        row("clock reference", record.header.crystal.as_ref().map_or(String::new(), |crystal| crystal.reference.clone()));
         row("adjustment", if d.adjustment.what.is_empty() { "none: as found is as left".into() } else { d.adjustment.what.clone() });
         page.table(table);
     });
