@@ -21,7 +21,7 @@ pub(super) struct ImportOptions {
     /// Rows per second of a file without a time, Hz
     #[arg(long, value_name = "HZ", help_heading = "Logs of other programs")]
     sample_rate: Option<f64>,
-    /// How a column was made, for example "u_V=at t" or "u_V=terminal"; see docs/logs-and-models.md
+    /// How a column was made, for example "u_V=at t" or "u_V=terminal"; "u_V=" removes the note; see docs/logs-and-models.md
     #[arg(long, value_name = "KEY=TEXT", help_heading = "Logs of other programs")]
     note: Vec<String>,
 }
@@ -35,7 +35,9 @@ impl ImportOptions {
     fn statements(&self) -> Result<Statements, CliError> {
         let pairs = |option: &str, list: &[String], example: &str| {
             let pair = |text: &String| match text.split_once('=') {
-                Some((a, b)) if !a.trim().is_empty() && !b.trim().is_empty() => Ok((a.trim().to_owned(), b.trim().to_owned())),
+                Some((a, b)) if !a.trim().is_empty() && (!b.trim().is_empty() || option == "--note") => {
+                    Ok((a.trim().to_owned(), b.trim().to_owned()))
+                }
                 _ => Err(CliError::Input(format!("{option} {text}: two names with = between them are needed, for example {example}"))),
             };
             list.iter().map(pair).collect::<Result<Vec<_>, _>>()

@@ -98,7 +98,7 @@ struct InspectRequest {
     #[serde(default)]
     units: Vec<(String, String)>,
     sample_rate_Hz: Option<f64>,
-    /// Column and how it was made.
+    /// Column and how it was made; an empty text removes the note.
     #[serde(default)]
     notes: Vec<(String, String)>,
     /// Write the import file.
@@ -147,9 +147,14 @@ fn known_columns() -> Value {
 
 /// Statements are single lines of moderate length, and notes are understood.
 fn check(statements: &Statements) -> Result<(), ApiError> {
-    let pairs = statements.columns.iter().chain(&statements.units).chain(&statements.notes);
-    for text in pairs.flat_map(|(a, b)| [a, b]) {
-        if text.trim().is_empty() || text.chars().count() > MAX_STATEMENT || text.chars().any(char::is_control) {
+    let pairs = statements.columns.iter().chain(&statements.units).flat_map(|(a, b)| [(a, false), (b, false)]);
+    // A note without a text is one that is removed.
+    let notes = statements.notes.iter().flat_map(|(key, text)| [(key, false), (text, true)]);
+    for (text, may_be_empty) in pairs.chain(notes) {
+        if text.trim().is_empty() && !(may_be_empty && text.is_empty())
+            || text.chars().count() > MAX_STATEMENT
+            || text.chars().any(char::is_control)
+        {
             return Err(format!("a statement about a column is one line of 1 to {MAX_STATEMENT} characters").into());
         }
     }

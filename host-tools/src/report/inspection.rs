@@ -147,7 +147,8 @@ pub fn open_question(inspection: &Inspection) -> Option<String> {
 
 /// The first of these notes that is not understood, in one line.
 pub fn note_not_understood(notes: &[(String, String)]) -> Option<String> {
-    Notes::from(notes.to_vec()).not_understood().first().map(log_warning)
+    let added: Vec<(String, String)> = notes.iter().filter(|(_, text)| !text.is_empty()).cloned().collect();
+    Notes::from(added).not_understood().first().map(log_warning)
 }
 
 /// The command that accepts the file with probable answers to what is open.

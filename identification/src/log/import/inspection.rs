@@ -102,7 +102,13 @@ pub fn inspect(path: &Path, stated: &Statements) -> Result<Inspection, LogError>
     let mut made = ImportMapping::of(&beliefs, &table);
     made.sample_rate_Hz = stated.sample_rate_Hz.or(stored.as_ref().and_then(|m| m.sample_rate_Hz));
     made.notes = stored.as_ref().map(|m| m.notes.clone()).unwrap_or_default();
-    made.notes.extend(stated.notes.iter().cloned());
+    for (key, text) in &stated.notes {
+        if text.is_empty() {
+            made.notes.remove(key);
+        } else {
+            made.notes.insert(key.clone(), text.clone());
+        }
+    }
     // A log of the project whose other columns would be something, under other names, is to be imported.
     let renamed = beliefs.iter().any(|b| b.evidence != Evidence::OwnName && b.target.as_deref().is_some_and(|t| known(t).is_some()));
     let is_own = stored.is_none() && stated.is_empty() && !renamed && Log::read(path).is_ok_and(|log| log.columns().len() > 1);

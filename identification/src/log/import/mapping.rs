@@ -65,7 +65,7 @@ pub struct Statements {
     pub units: Vec<(String, String)>,
     /// Row rate, Hz.
     pub sample_rate_Hz: Option<f64>,
-    /// Notes on columns.
+    /// Notes on columns; an empty text removes the note.
     pub notes: Vec<(String, String)>,
 }
 
