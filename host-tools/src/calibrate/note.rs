@@ -2,6 +2,7 @@
 //! a quantity is absent ([`AbsenceReason`]), remarks on the whole ([`Remark`]). `report` words them.
 
 use super::response::Structure;
+use serde::Serialize;
 
 /// How the standard uncertainty of a contribution was evaluated.
 #[derive(Debug, Clone, PartialEq)]
@@ -354,7 +355,8 @@ pub enum Meaning {
 }
 
 /// Why a quantity was not found, and what a session needs to contain for it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum AbsenceReason {
     /// Three rates or more.
     NeedsThreeRates,
@@ -406,6 +408,7 @@ pub enum AbsenceReason {
         filter_Hz: f64,
     },
     /// The gain does not fall by 3 dB.
+    #[serde(rename = "no-fall-by-3-db")]
     NoFallBy3dB {
         /// Highest frequency that was run, Hz.
         highest_Hz: f64,
@@ -492,7 +495,8 @@ pub enum UnusedReference {
 }
 
 /// A remark on the whole calibration.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Remark {
     /// The sequence of plateaus does not separate drift and scale.
     DriftNotSeparable,

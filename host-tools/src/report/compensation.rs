@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 use stand_firmware::compensation::{Compensation, MAX_HARMONICS};
 
 use super::json::value;
@@ -159,6 +159,16 @@ fn not_compensated(torque: &NotCompensated) -> String {
     }
 }
 
+/// What is not compensated, for programs.
+fn not_compensated_json(torque: &NotCompensated) -> Value {
+    match torque {
+        NotCompensated::Effect(name) => json!({"kind": "effect", "effect": name}),
+        NotCompensated::UserEffect(name) => json!({"kind": "user-effect", "effect": name}),
+        NotCompensated::WeakHarmonic(order) => json!({"kind": "weak-harmonic", "order": order, "most": MAX_HARMONICS}),
+        NotCompensated::NoHarmonic { threshold_N_m } => json!({"kind": "no-harmonic", "threshold_N_m": threshold_N_m}),
+    }
+}
+
 /// A compensation in force on the stand behind `port`, as text; `save`: it was to be saved in the flash.
 pub fn serial_text(port: &str, result: &InForce, save: bool) -> String {
     let outcome = match (&result.withdrawn, save) {
@@ -189,6 +199,8 @@ struct SerialCompensationJson<'a> {
     withdrawn: bool,
     saved: bool,
     left_out: Vec<String>,
+    /// The same: kind and numbers.
+    left_out_reasons: Vec<Value>,
     ripple: Option<TrialJson>,
 }
 
@@ -201,13 +213,23 @@ struct TrialJson {
 /// A compensation in force on the stand behind `port`, as JSON; `source`: `model` or `measured`; `save`: it was to be saved in the flash.
 pub fn serial_json(port: &str, source: &str, result: &InForce, save: bool) -> Value {
     let left_out = result.not_compensated.iter().map(not_compensated).collect();
+    let left_out_reasons = result.not_compensated.iter().map(not_compensated_json).collect();
     let withdrawn = result.withdrawn.is_some();
     let trial = |trial: &Trial| TrialJson {
         rate_rad_s: trial.rate_rad_s,
         orders: trial.orders.iter().map(|order| harmonic(*order, &trial.before, &trial.after)).collect(),
     };
     let ripple = result.trial.as_ref().map(trial);
-    value(&SerialCompensationJson { port, source, in_force: &result.lines, withdrawn, saved: save && !withdrawn, left_out, ripple })
+    value(&SerialCompensationJson {
+        port,
+        source,
+        in_force: &result.lines,
+        withdrawn,
+        saved: save && !withdrawn,
+        left_out,
+        left_out_reasons,
+        ripple,
+    })
 }
 
 /// A number with three digits.

@@ -2,6 +2,7 @@
 
 use drive_model::Coordinate;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::html::{Cell, Class, Page, Table};
 use super::{column, listed, numbers};
@@ -122,6 +123,44 @@ fn form(axis: Axis, m: &Misfit) -> String {
     }
 }
 
+/// Form of the missing term for programs: its kind and its numbers.
+fn form_json(axis: Axis, signature: Signature) -> Value {
+    let channel_json = |channel: Option<Channel>| channel.map_or(Value::Null, |channel| column(axis, channel).into());
+    match signature {
+        Signature::Torque => json!({"kind": "torque"}),
+        Signature::ConstantTorque => json!({"kind": "constant-torque"}),
+        Signature::TorqueStep { t_s } => json!({"kind": "torque-step", "t_s": t_s}),
+        Signature::AngleTorque => json!({"kind": "angle-torque"}),
+        Signature::TorqueRipple => json!({"kind": "torque-ripple"}),
+        Signature::AngleFriction => json!({"kind": "angle-friction"}),
+        Signature::Voltage => json!({"kind": "voltage"}),
+        Signature::VoltageLine { frequency_hz } => json!({"kind": "voltage-line", "frequency_Hz": frequency_hz}),
+        Signature::MotorConstant => json!({"kind": "motor-constant"}),
+        Signature::Line { frequency_hz } => json!({"kind": "line", "frequency_Hz": frequency_hz}),
+        Signature::EncoderError => json!({"kind": "encoder-error"}),
+        Signature::EncoderEccentricity => json!({"kind": "encoder-eccentricity"}),
+        Signature::AngleHarmonic => json!({"kind": "angle-harmonic"}),
+        Signature::SensorHarmonic => json!({"kind": "sensor-harmonic"}),
+        Signature::ByLog { difference: Difference::Friction, .. } => json!({"kind": "friction-by-log"}),
+        Signature::ByLog { difference: Difference::Resistance, .. } => json!({"kind": "resistance-by-log"}),
+        Signature::ByLog { difference: Difference::Offset, channel: None, is_voltage: true } => json!({"kind": "voltage-offset-by-log"}),
+        Signature::ByLog { difference: Difference::Offset, channel: None, is_voltage: false } => json!({"kind": "torque-offset-by-log"}),
+        Signature::ByLog { difference: Difference::Offset, channel, .. } => {
+            json!({"kind": "offset-by-log", "channel": channel_json(channel)})
+        }
+        Signature::ByLog { difference: Difference::Scale, channel: None, is_voltage: true } => json!({"kind": "voltage-scale-by-log"}),
+        Signature::ByLog { difference: Difference::Scale, channel: None, is_voltage: false } => json!({"kind": "torque-scale-by-log"}),
+        Signature::ByLog { difference: Difference::Scale, channel, .. } => {
+            json!({"kind": "scale-by-log", "channel": channel_json(channel)})
+        }
+        Signature::Offset => json!({"kind": "offset"}),
+        Signature::Sensor { channel: None } => json!({"kind": "some-sensor"}),
+        Signature::Sensor { channel } => json!({"kind": "sensor", "channel": channel_json(channel)}),
+        Signature::TorqueOrSensor => json!({"kind": "torque-or-sensor"}),
+        Signature::HarmonicTorqueOrSensor => json!({"kind": "harmonic-torque-or-sensor"}),
+    }
+}
+
 /// What differs from log to log.
 fn by_log(axis: Axis, difference: Difference, channel: Option<Channel>, is_voltage: bool) -> String {
     let place = match (channel, is_voltage) {
@@ -193,6 +232,9 @@ pub struct MisfitJson {
     order: Option<u32>,
     p_value: f64,
     log10_p: f64,
+    orders: Vec<u32>,
+    /// Form of the missing term; `None`: too weak to attribute.
+    form: Option<Value>,
     says: String,
 }
 
@@ -206,6 +248,8 @@ impl MisfitJson {
             order: f.harmonic_orders.first().copied(),
             p_value: p_value(f.p_value),
             log10_p: f.log10_p,
+            orders: if f.coordinate == Coordinate::Theta { f.harmonic_orders.clone() } else { Vec::new() },
+            form: f.signature.map(|signature| form_json(axis, signature)),
             says: sentence(axis, f),
         }
     }

@@ -1,11 +1,11 @@
 //! Allan analysis as JSON. A number that is not finite is `null`.
 
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::Display;
-use super::words::{name, not_shown, note, standard};
-use crate::allan::answer::{Answer, Interpretation, LevelStep, Lowest, Note, WHITE};
+use super::words::{name, not_shown, note, note_json, standard};
+use crate::allan::answer::{Answer, Interpretation, LevelStep, Lowest, NotShown, Note, WHITE};
 use crate::allan::units::{PROCESSES, Process};
 use crate::report::json::{Entries, value};
 use crate::report::uncertainty::QuantityJson;
@@ -48,6 +48,8 @@ struct AnswerJson<'a> {
     quantities: Vec<QuantityJson>,
     steps: Vec<StepJson>,
     says: Vec<String>,
+    /// The same remarks: kind and numbers.
+    notes: Vec<Value>,
 }
 
 #[derive(Serialize)]
@@ -71,6 +73,7 @@ struct AbsenceJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     below: Option<Option<f64>>,
     says: String,
+    reason: Value,
 }
 
 #[derive(Serialize)]
@@ -123,7 +126,20 @@ pub fn json(answer: &Answer, display: &Display) -> Value {
         quantities: quantities(answer, display),
         steps: steps(answer),
         says: answer.notes.iter().map(|found| note(found, display)).collect(),
+        notes: answer.notes.iter().map(|found| note_json(found, display)).collect(),
     })
+}
+
+/// Why a coefficient has no value, for programs; `has_limit`: its upper limit is known.
+fn reason_json(reason: NotShown, has_limit: bool) -> Value {
+    match (reason, has_limit) {
+        (NotShown::NotSignificant { has_minimum }, true) => json!({"kind": "not-significant", "has_minimum": has_minimum}),
+        (NotShown::NotSignificant { has_minimum }, false) => json!({"kind": "not-separable", "has_minimum": has_minimum}),
+        (NotShown::TooFewRows { rows }, _) => json!({"kind": "too-few-rows", "rows": rows}),
+        (NotShown::ZeroVariance, _) => json!({"kind": "zero-variance"}),
+        (NotShown::Transient, _) => json!({"kind": "transient"}),
+        (NotShown::ManySteps, _) => json!({"kind": "many-steps"}),
+    }
 }
 
 /// A step of the level, in the column's unit.
@@ -154,7 +170,7 @@ fn in_degrees(answer: &Answer, display: &Display) -> Entries<CoefficientJson> {
             Some(scale) => coefficient(answer, display, p, scale, unit),
             None => {
                 let says = "the column is not a rate: see coefficients".to_owned();
-                let absence = Some(AbsenceJson { below: None, says });
+                let absence = Some(AbsenceJson { below: None, says, reason: json!({"kind": "not-a-rate"}) });
                 CoefficientJson { value: None, sigma: None, dof: None, k: None, expanded: None, interval_95: None, unit, absence }
             }
         };
@@ -196,7 +212,11 @@ fn coefficient(answer: &Answer, display: &Display, p: usize, scale: f64, unit: S
         expanded: scaled(uncertainty.map(|u| u.expanded())),
         interval_95: coefficient.within_95.map(|range| range.map(|end| end * scale)),
         unit,
-        absence: not_shown(answer, display, p).map(|says| AbsenceJson { below: Some(scaled(coefficient.below)), says }),
+        absence: not_shown(answer, display, p).map(|says| AbsenceJson {
+            below: Some(scaled(coefficient.below)),
+            says,
+            reason: coefficient.not_shown.map_or(Value::Null, |reason| reason_json(reason, coefficient.below.is_some())),
+        }),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Sentences about an Allan analysis.
 
+use serde_json::{Value, json};
+
 use super::Display;
 use crate::allan::FLOOR;
 use crate::allan::answer::{Answer, FLICKER, Interpretation, NotShown, Note, WHITE};
@@ -124,6 +126,29 @@ pub(super) fn note(note: &Note, display: &Display) -> String {
             "averages below {} s do not follow the five processes (a filter in the sensor, the step of its converter) and are not used in the fit",
             significant(*below_s, 3)
         ),
+    }
+}
+
+/// A remark about the record or the fit, for programs.
+pub(super) fn note_json(note: &Note, display: &Display) -> Value {
+    let (factor, unit) = (display.deviation().factor, &display.deviation().unit);
+    match note {
+        Note::Log(warning) => json!({"kind": "log", "says": log_warning(warning)}),
+        Note::Timing(TimingNote::Scatter { relative }) => json!({"kind": "scatter", "percent": 100.0 * relative}),
+        Note::Timing(TimingNote::Bursts { rows, interval_s }) => json!({"kind": "bursts", "rows": rows, "interval_s": interval_s}),
+        Note::Timing(TimingNote::Gaps { count, missing }) => json!({"kind": "gaps", "count": count, "missing": missing.round().max(1.0)}),
+        Note::Timing(TimingNote::LostRows { count, elapsed }) => json!({"kind": "lost-rows", "count": count.round(), "elapsed": elapsed}),
+        Note::Timing(TimingNote::RateChange { interval_s, used_s: [from_s, to_s] }) => {
+            json!({"kind": "rate-change", "from_s": from_s, "to_s": to_s, "interval_s": interval_s})
+        }
+        Note::NoCoefficients(_) => json!({"kind": "no-coefficients"}),
+        Note::Steps(steps) => json!({"kind": "steps", "times_s": steps.iter().map(|step| step.t_s).collect::<Vec<f64>>()}),
+        Note::Transient { time_constant_s, size, from_s } => {
+            json!({"kind": "transient", "size": size * factor, "unit": unit, "time_constant_s": time_constant_s, "from_s": from_s.ceil()})
+        }
+        Note::SlowNoiseTogether => json!({"kind": "slow-noise-together"}),
+        Note::Unexplained { misfit } => json!({"kind": "unexplained", "misfit": misfit}),
+        Note::ShortTimesOmitted { below_s } => json!({"kind": "short-times-omitted", "below_s": below_s}),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Answers of `stand drift … --json`.
 
 use super::display::Display;
-use super::words::{QUIET, platform_source};
+use super::words::{QUIET, platform_source, warning_json};
 use super::{defect, source, warning};
 use crate::drift::error_budget::{AxisBudget, DriftQuantity, ErrorSource};
 use crate::drift::evaluation::sources;
@@ -142,6 +142,8 @@ struct DriftEntry<'a> {
     quantities: Vec<QuantityJson>,
     uncorrected: UncorrectedEntry,
     warnings: Vec<String>,
+    /// The same warnings: kind and numbers.
+    notes: Vec<Value>,
 }
 
 /// The answer of `stand drift run --json` and `stand drift compute --json`.
@@ -194,6 +196,7 @@ pub fn json(result: &DriftResult, units: Units) -> Value {
             azimuth_deg: AzimuthEntry::new(uncorrected),
         },
         warnings: result.warnings.iter().map(warning).collect(),
+        notes: result.warnings.iter().map(warning_json).collect(),
     })
 }
 

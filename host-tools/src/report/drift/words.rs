@@ -1,5 +1,7 @@
 //! Words for the enums of the drift measurement.
 
+use serde_json::{Value, json};
+
 use crate::drift::cycle::CycleDefect;
 use crate::drift::error::{NoCycleReason, PositionParameter};
 use crate::drift::error_budget::ErrorSource;
@@ -67,6 +69,38 @@ pub(super) fn warning(warning: &DriftWarning) -> String {
             let parts: Vec<String> = parts.iter().map(|part| setup_part(*part).to_owned()).collect();
             format!("taken as exact, without a line in the budget: {}", listed(&parts))
         }
+    }
+}
+
+/// A remark on the input, for programs.
+pub(super) fn warning_json(warning: &DriftWarning) -> Value {
+    let name = |axis: &Option<usize>| axis.and_then(|axis| ["x", "y", "z"].get(axis).copied());
+    match warning {
+        DriftWarning::NoTorquerGain => json!({"kind": "no-torquer-gain"}),
+        DriftWarning::Log(warning) => json!({"kind": "log", "says": log_warning(warning)}),
+        DriftWarning::UnknownTimesBetweenLogs => json!({"kind": "unknown-times-between-logs"}),
+        DriftWarning::Pole => json!({"kind": "pole"}),
+        DriftWarning::Trend { axis, rad_s2 } => {
+            json!({"kind": "trend", "axis": name(axis), "trend_deg_h_h": rad_s2.value * HOUR_S / DEG_H})
+        }
+        DriftWarning::Walk { axis, walk_rad_s_sqrt_s } => {
+            json!({"kind": "walk", "axis": name(axis), "walk_deg_h_sqrt_h": walk_rad_s_sqrt_s * HOUR_S.sqrt() / DEG_H})
+        }
+        DriftWarning::Visits { axis, sigma_rad_s } => json!({"kind": "visits", "axis": name(axis), "sigma_deg_h": sigma_rad_s / DEG_H}),
+        DriftWarning::FewVisits { contrasts: 0 } => json!({"kind": "single-visits"}),
+        DriftWarning::FewVisits { .. } => json!({"kind": "few-visits"}),
+        DriftWarning::OneAmplitude { asymmetry_bound } => json!({"kind": "one-amplitude", "percent": 100.0 * asymmetry_bound}),
+        DriftWarning::TakenAsExact(parts) => {
+            json!({"kind": "taken-as-exact", "parts": parts.iter().map(|part| setup_part_kind(*part)).collect::<Vec<_>>()})
+        }
+    }
+}
+
+fn setup_part_kind(part: SetupPart) -> &'static str {
+    match part {
+        SetupPart::Turn => "turn",
+        SetupPart::Level => "level",
+        SetupPart::AngleGain => "angle-gain",
     }
 }
 

@@ -98,17 +98,19 @@ pub fn p_cell(e: &Explanation, c: &Candidate) -> String {
     if has_p_value(e, c) { p_value(c.log10_p) } else { "–".to_owned() }
 }
 
+/// Strength of the evidence by ΔBIC.
+pub fn strength(e: &Explanation, delta_bic: f64) -> &'static str {
+    match delta_bic {
+        d if d < -VERY_STRONG_BIC => "very strong",
+        d if d < -e.criteria.evidence.min_bic_difference => "strong",
+        _ => "weak",
+    }
+}
+
 /// ΔBIC and p-value of a fitted candidate, as a sentence.
 pub fn evidence(e: &Explanation, c: &Candidate) -> String {
     let p = p_statement(c.log10_p);
-    let bic = c.delta_bic.map(|d| {
-        let strength = match d {
-            d if d < -VERY_STRONG_BIC => "very strong",
-            d if d < -e.criteria.evidence.min_bic_difference => "strong",
-            _ => "weak",
-        };
-        format!("ΔBIC = {} ({strength}), ", grouped(d))
-    });
+    let bic = c.delta_bic.map(|d| format!("ΔBIC = {} ({}), ", grouped(d), strength(e, d)));
     let verdict = if c.may_be_chance(&e.criteria) { ": not significant" } else { "" };
     format!("{}{p}{verdict}.", bic.unwrap_or_default())
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::Value;
 
-use super::evidence::{Outcome, has_p_value, reason};
+use super::evidence::{Outcome, has_p_value, reason, strength};
 use super::{sentences, words};
 use crate::identify::explain::{Candidate, ChannelError, DetectionLimit, Estimate, Explanation, Shape, Stage};
 use crate::log::plausible::Defect;
@@ -66,6 +66,10 @@ struct CandidateJson<'a> {
     refitted: bool,
     fate: &'static str,
     refused: Option<String>,
+    /// Why it was refused or is not visible: kind and numbers.
+    reason: Option<Value>,
+    /// Of the evidence: `very strong`, `strong`, `weak`.
+    strength: Option<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -93,6 +97,7 @@ struct ShapeJson<'a> {
     bins: Vec<BinJson>,
     expression: Option<&'a str>,
     delta_bic: f64,
+    form: Value,
     says: String,
 }
 
@@ -106,6 +111,7 @@ struct BinJson {
 #[derive(Serialize)]
 struct NextJson {
     says: Option<String>,
+    purpose: Value,
     command: String,
     /// Expected ΔBIC of each run, the best first.
     expected: Vec<ExpectedJson>,
@@ -151,6 +157,7 @@ pub fn explain_json(e: &Explanation) -> Value {
         unexplained: e.unexplained.iter().map(|s| shape(axis, s)).collect(),
         next_experiment: e.next.as_ref().map(|n| NextJson {
             says: sentences::next_experiment(e),
+            purpose: sentences::purpose_json(&n.purpose),
             command: sentences::command(&n.run),
             expected: n
                 .expected
@@ -205,6 +212,12 @@ fn candidate<'a>(e: &Explanation, c: &'a Candidate) -> CandidateJson<'a> {
         refitted: c.refitted,
         fate: outcome.name(),
         refused: reason(e.model.axis(), c, outcome),
+        reason: match outcome {
+            Outcome::Refused => c.refused.as_ref().map(|r| sentences::refusal_json(e.model.axis(), r)),
+            Outcome::NotVisible => c.not_visible.as_ref().map(sentences::not_visible_json),
+            _ => None,
+        },
+        strength: c.delta_bic.map(|delta_bic| strength(e, delta_bic)),
     }
 }
 
@@ -237,6 +250,7 @@ fn shape(axis: Axis, s: &Shape) -> ShapeJson<'_> {
         bins: s.bins.iter().map(|b| BinJson { at: b.at, mean: b.mean, confidence: b.confidence }).collect(),
         expression: s.expression.as_deref(),
         delta_bic: s.delta_bic,
+        form: sentences::shape_json(axis, s),
         says: sentences::shape(axis, s),
     }
 }

@@ -2,6 +2,7 @@
 
 use drive_model::{Card, Coordinate, Requirement, StandRun};
 use hal_sim::plant::Stand;
+use serde_json::{Value, json};
 
 use super::names::{card, first_lower};
 use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Repeated, Separation, Shape, ShapeForm};
@@ -31,6 +32,63 @@ pub fn refusal(axis: Axis, reason: &Refusal) -> String {
         Refusal::InsignificantPart { .. } => "much is left, and it removes hardly any of it".to_owned(),
         Refusal::LogGetsWorse { log, .. } => format!("it improves the fit of the logs together and worsens that of log {}", log + 1),
         Refusal::NotIdentifiable { .. } => "not distinguishable from the model's own parameters in this log".to_owned(),
+    }
+}
+
+/// Why an effect was refused, for programs.
+pub fn refusal_json(axis: Axis, reason: &Refusal) -> Value {
+    match reason {
+        Refusal::ReducesTo { parameter, effect } => json!({"kind": "reduces-to", "parameter": parameter, "effect": effect}),
+        Refusal::WholeOrder { parameter, value, effect } => {
+            json!({"kind": "whole-order", "parameter": parameter, "value": value, "effect": effect})
+        }
+        Refusal::NegativeAmplitude { parameter: Some(parameter) } => json!({"kind": "negative-parameter", "parameter": parameter}),
+        Refusal::NegativeAmplitude { parameter: None } => json!({"kind": "negative-amplitude"}),
+        Refusal::OutsideRange { parameter, own: true, value, .. } => {
+            json!({"kind": "outside-range", "parameter": parameter, "value": value})
+        }
+        Refusal::OutsideRange { parameter, value, .. } => json!({"kind": "model-outside-range", "parameter": parameter, "value": value}),
+        Refusal::NoGain => json!({"kind": "no-gain"}),
+        Refusal::HeldOutErrorGrows { .. } => json!({"kind": "held-out-error-grows"}),
+        Refusal::NotConfirmed { .. } => json!({"kind": "not-confirmed"}),
+        Refusal::OnlyNoiseLeft { .. } => json!({"kind": "only-noise-left"}),
+        Refusal::ChannelErrorGrows { channel, .. } => json!({"kind": "channel-error-grows", "channel": column(axis, *channel)}),
+        Refusal::InsignificantPart { .. } => json!({"kind": "insignificant-part"}),
+        Refusal::LogGetsWorse { log, .. } => json!({"kind": "log-gets-worse", "log": log + 1}),
+        Refusal::NotIdentifiable { .. } => json!({"kind": "not-identifiable"}),
+    }
+}
+
+/// Why the log, or the model, cannot show an effect, for programs.
+pub fn not_visible_json(reason: &NotVisible) -> Value {
+    match reason {
+        NotVisible::Unmet(requirement) => unmet_json(*requirement),
+        NotVisible::RestsOn(effect) => json!({"kind": "rests-on", "effect": effect}),
+        NotVisible::TemperatureSpan { span_K, min_K } => json!({"kind": "temperature-span", "span_K": span_K, "min_K": min_K}),
+        NotVisible::Turns { turns, min, rival: None } => json!({"kind": "turns", "turns": turns, "min": min}),
+        NotVisible::Turns { turns, min, rival } => json!({"kind": "turns-for-rival", "turns": turns, "min": min, "rival": rival}),
+        NotVisible::IncludedIn(effect) => json!({"kind": "included-in", "effect": effect}),
+        NotVisible::AlternativeTo(effect) => json!({"kind": "alternative-to", "effect": effect}),
+    }
+}
+
+/// A condition that is not met, for programs.
+fn unmet_json(requirement: Requirement) -> Value {
+    match requirement {
+        Requirement::CommandedVoltage => json!({"kind": "commanded-voltage"}),
+        Requirement::Voltage => json!({"kind": "needs-voltage"}),
+        Requirement::MotorConstant => json!({"kind": "needs-motor-constant"}),
+        Requirement::Angle => json!({"kind": "needs-angle"}),
+        Requirement::AngleReading => json!({"kind": "needs-angle-reading"}),
+        Requirement::ComparedAngle => json!({"kind": "needs-compared-angle"}),
+        Requirement::ComparedRate => json!({"kind": "needs-rate"}),
+        Requirement::ComparedCurrent => json!({"kind": "needs-current"}),
+        Requirement::MeasuredTemperature => json!({"kind": "needs-temperature"}),
+        Requirement::TemperatureChange => json!({"kind": "needs-temperature-change"}),
+        Requirement::Turns { .. } => json!({"kind": "needs-turns"}),
+        Requirement::SimulatedCurrent => json!({"kind": "needs-simulated-current"}),
+        Requirement::SimulatedMotion => json!({"kind": "needs-simulated-motion"}),
+        Requirement::NoOtherShaft => json!({"kind": "needs-no-other-shaft"}),
     }
 }
 
@@ -159,6 +217,25 @@ pub fn shape(axis: Axis, shape: &Shape) -> String {
     }
 }
 
+/// The form of a shape, for programs.
+pub fn shape_json(axis: Axis, shape: &Shape) -> Value {
+    let unit = acts_on(axis, shape.acts_on).1;
+    let is_voltage = shape.acts_on == SummingPoint::Voltage;
+    match shape.form {
+        ShapeForm::PiecewiseLinear { largest } if is_voltage => json!({"kind": "voltage", "largest": largest, "unit": unit}),
+        ShapeForm::PiecewiseLinear { largest } if shape.acts_on == SummingPoint::Dry => {
+            json!({"kind": "friction", "largest": largest, "unit": unit})
+        }
+        ShapeForm::PiecewiseLinear { largest } => json!({"kind": "torque", "largest": largest, "unit": unit}),
+        ShapeForm::Oscillation { frequency_Hz, amplitude } if is_voltage => {
+            json!({"kind": "voltage-oscillation", "frequency_Hz": frequency_Hz, "amplitude": amplitude})
+        }
+        ShapeForm::Oscillation { frequency_Hz, amplitude } => {
+            json!({"kind": "oscillation", "frequency_Hz": frequency_Hz, "amplitude": amplitude, "unit": unit})
+        }
+    }
+}
+
 fn over(coordinate: Coordinate) -> &'static str {
     match coordinate {
         Coordinate::Theta => "angle",
@@ -260,5 +337,28 @@ fn purpose(purpose: &Purpose) -> String {
         Purpose::SlowTurns => {
             "The log has few slow whole turns, in which effects that depend on the angle are most visible. Rotate slowly to be sure".to_owned()
         }
+    }
+}
+
+/// What the next experiment is for, for programs. `difference`, `change` and `experiment` are sentences of the catalogue.
+pub fn purpose_json(purpose: &Purpose) -> Value {
+    let experiment = |name: &str| card(name).map_or("", |c| c.description.experiment);
+    match purpose {
+        Purpose::Distinguish { effect, rival, repeated: Some(Repeated::ChangeOfStand(change)), .. } => {
+            json!({"kind": "change-of-stand", "effect": effect, "rival": rival, "catalogue": [change]})
+        }
+        Purpose::Distinguish { effect, rival, difference, repeated: Some(Repeated::OtherRun) } => {
+            json!({"kind": "other-run", "effect": effect, "rival": rival, "catalogue": difference.as_slice()})
+        }
+        Purpose::Distinguish { effect, rival, difference: Some(difference), repeated: None } => {
+            json!({"kind": "distinguish", "effect": effect, "rival": rival, "catalogue": [difference]})
+        }
+        Purpose::Distinguish { effect, rival, difference: None, repeated: None } => {
+            json!({"kind": "distinguish", "effect": effect, "rival": rival, "catalogue": [experiment(effect), experiment(rival)]})
+        }
+        Purpose::BothDirections => json!({"kind": "both-directions"}),
+        Purpose::Determine { effect } => json!({"kind": "determine", "effect": effect, "catalogue": [experiment(effect)]}),
+        Purpose::Repeat => json!({"kind": "repeat"}),
+        Purpose::SlowTurns => json!({"kind": "slow-turns"}),
     }
 }
