@@ -1,8 +1,8 @@
 // Compensation on the stand: friction and cogging of a fitted model, or measured by the stand itself, with the ripple of the rate before and after.
 import { drives, on, request, state, takeControl } from "./connection.js";
 import { attemptIn, byId, element, table } from "./dom.js";
-import { field, showControl } from "./fields.js";
-import { number, text } from "./text.js";
+import { field, jobError, showControl } from "./fields.js";
+import { number, sentence, text } from "./text.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const BEFORE = "#0072b2";
@@ -75,7 +75,9 @@ function showAnswer(answer) {
     parts.push(table(`${text("ripple_at")} ${number(ripple.rate_rad_s, 4)} rad/s`, ["harmonic_order", "before", "after", "ratio"].map((key, k) => text(key) + (k === 1 || k === 2 ? ", rad/s" : "")), rows));
   }
   parts.push(element("h3", {}, text("compensation_in_force")), element("pre", { class: "mono", tabindex: "0" }, answer.in_force.join("\n")));
-  if (answer.left_out.length > 0) parts.push(element("h3", {}, text("not_compensated")), element("ul", {}, ...answer.left_out.map((/** @type {string} */ line) => element("li", {}, line))));
+  // Answers of earlier versions have the program's sentences only.
+  const left = answer.left_out_reasons?.map((/** @type {any} */ reason) => element("li", {}, sentence("left_out", reason))) ?? answer.left_out.map((/** @type {string} */ line) => element("li", { lang: "en" }, line));
+  if (left.length > 0) parts.push(element("h3", {}, text("not_compensated")), element("ul", {}, ...left));
   parts.push(element("p", { class: "faint" }, text(answer.saved ? "saved_in_flash" : "not_saved")));
   byId("compensate-answer").replaceChildren(...parts);
 }
@@ -126,7 +128,7 @@ async function show(now) {
     if (job.answer && job.kind === "record") chosen.log = job.answer;
     await loadSession();
     if (job.kind !== "compensate") return;
-    if (job.error) throw new Error(job.error);
+    if (job.error) throw jobError(job);
     showAnswer(await request(`answer?name=${job.answer}`));
   });
 }

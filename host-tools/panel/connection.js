@@ -1,4 +1,5 @@
 // The connection to `stand panel`: one WebSocket for rows, state, beats and STOP; requests for the rest.
+import { programError } from "./dom.js";
 import { text } from "./text.js";
 
 // The key stays in the fragment, which no request contains; sessionStorage keeps it for a reload of this tab.
@@ -54,13 +55,22 @@ function take(data) {
   } else if (kind === KIND.command) emit("command", value);
 }
 
-/** @param {number} word */
-function say(word) {
-  if (socket?.readyState === WebSocket.OPEN) socket.send(new Uint8Array([word]));
+/** @param {number} word @param {Uint8Array<ArrayBuffer>} [more] */
+function say(word, more = new Uint8Array()) {
+  if (socket?.readyState === WebSocket.OPEN) socket.send(new Uint8Array([word, ...more]));
 }
 export const takeControl = () => say(WORD.take);
 export const leaveControl = () => say(WORD.leave);
-export const stop = () => say(WORD.stop);
+
+/** STOP, on both ways to the program: the WebSocket is the fast one, the request is for a socket that is just being reopened. Both have the number of the press, so that the program sends
+ * the stand one 0x18 for it. */
+export function stop() {
+  const press = crypto.getRandomValues(new Uint32Array(1))[0];
+  const bytes = new Uint8Array(8);
+  new DataView(bytes.buffer).setUint32(0, press, true);
+  say(WORD.stop, bytes);
+  request("stop", { press }).catch(() => {});
+}
 
 // The lease: beats come from the animation frames of this thread, so that a page that no longer draws no longer drives.
 let beatAt = 0;
@@ -89,7 +99,7 @@ export async function request(path, body) {
   }
   if (response.headers.get("Content-Type") === "application/octet-stream") return response.arrayBuffer();
   const answer = await response.json().catch(() => ({ error: `HTTP ${response.status}` }));
-  if (!response.ok) throw Object.assign(new Error(answer.error ?? `HTTP ${response.status}`), { status: response.status });
+  if (!response.ok) throw programError(answer.error ?? `HTTP ${response.status}`, { status: response.status });
   return answer;
 }
 

@@ -23,6 +23,12 @@ export function byId(id) {
   return document.getElementById(id);
 }
 
+/** What the program, its firmware or the catalogue of effects says, which is English in both languages. @param {string} words */
+export const english = (words) => element("span", { lang: "en" }, words);
+
+/** An error that the program states; `before`: words of the page before it. @param {string} message @param {any} [more] */
+export const programError = (message, more = {}) => Object.assign(new Error(message), { isEnglish: true, before: "", ...more });
+
 /** Runs actions of buttons and shows the error of the last one in the element of this id. @param {string} id */
 export const attemptIn = (id) => async (/** @type {() => Promise<any>} */ action) => {
   const place = byId(id);
@@ -30,7 +36,8 @@ export const attemptIn = (id) => async (/** @type {() => Promise<any>} */ action
   try {
     await action();
   } catch (error) {
-    place.textContent = /** @type {Error} */ (error).message;
+    const { message, isEnglish, before } = /** @type {any} */ (error);
+    place.replaceChildren(before ?? "", isEnglish ? english(message) : message);
     place.hidden = false;
   }
 };

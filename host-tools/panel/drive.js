@@ -1,6 +1,6 @@
 // Control, drive, recording: every click sends one SCPI line or one command of `stand`, which the list of commands shows.
 import { drives, leaveControl, on, request, state, takeControl } from "./connection.js";
-import { attemptIn, byId, element } from "./dom.js";
+import { attemptIn, byId, element, programError } from "./dom.js";
 import { field, showControl, typed } from "./fields.js";
 import { number, text } from "./text.js";
 
@@ -10,7 +10,7 @@ let profiles = [];
 /** Sends a line; an error is shown where the control is. @param {string} line */
 export async function send(line) {
   const answer = await request("command", { client: state?.client ?? 0, line });
-  if (answer.errors.length > 0) throw new Error(answer.errors.join("; "));
+  if (answer.errors.length > 0) throw programError(answer.errors.join("; "));
   return answer.replies;
 }
 

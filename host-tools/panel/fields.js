@@ -1,6 +1,6 @@
 // Labelled fields of the forms, what is typed in them, and who has the control.
 import { drives } from "./connection.js";
-import { byId, element } from "./dom.js";
+import { byId, element, programError } from "./dom.js";
 import { parse, text } from "./text.js";
 
 /** @param {string} key @param {any} input */
@@ -11,6 +11,13 @@ export function typed(id, key) {
   const value = parse(byId(id).value);
   if (!Number.isFinite(value)) throw new Error(`${text(key)}: ${byId(id).value}?`);
   return value;
+}
+
+/** A job that has failed. @param {any} job */
+export function jobError(job) {
+  const isPlain = /^(cancelled|interrupted by the user)$/.test(job.error);
+  if (job.is_cancelled && isPlain) return new Error(`${text(job.kind)}: ${text("cancelled")}.`);
+  return programError(job.error, { before: `${text(job.kind)}: ${job.is_cancelled ? `${text("cancelled")}. ` : ""}` });
 }
 
 /** Who has the control, and whether it can be taken. @param {any} now the state of the program @param {string} words @param {string} take ids of the text and the button */

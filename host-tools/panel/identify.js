@@ -1,8 +1,11 @@
 // The loop: model, compare, explain, candidates, add an effect, and the staircase of the error.
 import { on, readLog, request } from "./connection.js";
-import { attemptIn, byId, element, svgFigure, table } from "./dom.js";
+import { attemptIn, byId, element, english, svgFigure, table } from "./dom.js";
+import { commandLineText, comparison, judgement, verdict } from "./explanation.js";
+import { jobError } from "./fields.js";
 import { buildImport, startImport } from "./import.js";
 import { clearResiduals, showResiduals } from "./residuals.js";
+import { clearSignature, showSignature } from "./signature.js";
 import { number, parse, text } from "./text.js";
 
 let log = "";
@@ -17,7 +20,7 @@ const fits = new Map();
 let shown = null;
 let handled = 0;
 /** Jobs whose progress and answer belong to this view. */
-const JOBS = ["compare", "fit", "explain"];
+const JOBS = ["compare", "fit", "explain", "signature"];
 
 const attempt = attemptIn("identify-error");
 
@@ -46,14 +49,14 @@ export async function buildIdentify() {
 
 async function loadSession() {
   const session = await request("session");
-  const fill = (/** @type {string} */ id, /** @type {{name: string}[]} */ files, /** @type {string} */ chosen, /** @type {string} */ none) => {
+  const offer = (/** @type {string} */ id, /** @type {{name: string}[]} */ files, /** @type {string} */ chosen, /** @type {string} */ none) => {
     const names = files.map(({ name }) => name);
     const value = names.includes(chosen) ? chosen : (names.at(-1) ?? "");
     byId(id).replaceChildren(...(names.length === 0 ? [element("option", { value: "" }, text(none))] : names.map((name) => element("option", { value: name, selected: name === value }, name))));
     return value;
   };
-  log = fill("log-choice", session.logs, log, "no_log");
-  model = fill("model-choice", session.models, model, "model");
+  log = offer("log-choice", session.logs, log, "no_log");
+  model = offer("model-choice", session.models, model, "model");
   if (steps.length === 0) await restore(session.answers.map((/** @type {any} */ file) => file.name));
   await loadModel();
   showStaircase();
@@ -149,14 +152,21 @@ async function addEffect(candidate) {
   await start("compare", { fit: true });
 }
 
-/** @param {string} name */
-async function showEffect(name) {
+/** The page of an effect: its card with simulated pictures, and on request its signature in the chosen log. @param {string} name @param {any} [candidate] with values from which its fit starts */
+async function showEffect(name, candidate) {
   const { card, plots: pictures } = await request(`effect?name=${encodeURIComponent(name)}`);
   const picture = (/** @type {string} */ svg) => svgFigure(svg, `${card.title}: ${card.shows}`);
-  const entry = (/** @type {string} */ key, /** @type {string} */ value) => [element("strong", {}, text(key)), value];
-  byId("effect").replaceChildren(element("h2", {}, `${card.title} (${card.id})`), element("p", {}, card.what), ...pictures.map(picture),
-    table(card.id, ["", ""], [entry("equation", card.equation), entry("signature", card.shows), entry("experiment", card.experiment), entry("similar", card.looks_like)]),
-    element("p", {}, element("button", { type: "button", onclick: () => byId("effect").replaceChildren() }, text("close"))));
+  const entry = (/** @type {string} */ key, /** @type {string} */ value) => [element("strong", {}, text(key)), english(value)];
+  const starts = Object.entries(candidate?.parameters ?? {}).map(([parameter, p]) => [parameter, p.value]).filter(([, value]) => value != null);
+  const close = () => {
+    clearSignature();
+    byId("effect").replaceChildren();
+  };
+  clearSignature();
+  byId("effect").replaceChildren(element("h2", { lang: "en" }, `${card.title} (${name})`), element("p", { lang: "en" }, card.what),
+    element("div", { class: "row" }, button("signature_start", () => start("signature", { effect: name, parameters: Object.fromEntries(starts) }), { id: "signature-start" }), element("button", { type: "button", onclick: close }, text("close"))),
+    element("div", { id: "signature" }), ...pictures.map(picture),
+    table(card.id, ["", ""], [entry("equation", card.equation), entry("signature", card.shows), entry("experiment", card.experiment), entry("similar", card.looks_like)]));
   byId("effect").scrollIntoView({ block: "nearest" });
 }
 
@@ -168,12 +178,8 @@ async function showAnswer(answer) {
   place.dataset.series = answer.series ?? "";
   place.dataset.drawn = "";
   const parts = [];
-  if (answer.outputs) {
-    const rows = Object.entries(answer.outputs).map(([name, o]) => [name, o.rms, o.noise, o.ratio].map((cell, k) => (k === 0 ? cell : element("span", { class: "mono" }, number(cell, 4)))));
-    const sentences = answer.sentences ?? [];
-    parts.push(element("h2", {}, text("where_it_fails")), table(`${answer.log}, ${answer.model}`, ["output", "rms", "noise", "ratio"].map(text), rows),
-      sentences.length === 0 ? element("p", { class: "good" }, text("adequate")) : element("ol", {}, ...sentences.map((/** @type {string} */ sentence) => element("li", {}, sentence))));
-  }
+  place.dataset.verdict = answer.verdict ?? "";
+  if (answer.outputs) parts.push(...comparison(answer));
   if (answer.verdict) {
     // The effects that the search has chosen come first: members of a family can be equal in evidence.
     const chosen = (/** @type {any} */ candidate) => Number((answer.missing ?? []).includes(candidate.effect));
@@ -182,12 +188,11 @@ async function showAnswer(answer) {
     const isOffered = (/** @type {any} */ candidate) => candidate.refitted && candidate.refused === null && candidate.delta_bic < 0;
     const rows = candidates.map((/** @type {any} */ candidate) => [candidate.effect, element("span", { class: "mono" }, number(candidate.delta_bic, 5)),
       Object.entries(candidate.parameters ?? {}).map(([name, p]) => `${name} = ${number(/** @type {any} */ (p).value, 4)}`).join(", "),
-      candidate.refused ?? candidate.fate ?? "",
-      element("span", { class: "row" }, isOffered(candidate) ? button("add", () => addEffect(candidate), { "data-add": candidate.effect, "aria-label": `${text("add")}: ${candidate.effect}` }) : null, button("page", () => showEffect(candidate.effect), { "aria-label": `${text("page")}: ${candidate.effect}` }))]);
-    parts.push(element("h2", {}, `${text("verdict")}: ${answer.verdict}${answer.missing?.length ? ` (${answer.missing.join(", ")})` : ""}`),
-      table(text("candidates"), [text("effect"), text("evidence"), text("parameters"), text("judgement"), ""], rows), element("pre", { class: "mono", tabindex: "0" }, answer.text ?? ""));
+      judgement(candidate),
+      element("span", { class: "row" }, isOffered(candidate) ? button("add", () => addEffect(candidate), { "data-add": candidate.effect, "aria-label": `${text("add")}: ${candidate.effect}` }) : null, button("page", () => showEffect(candidate.effect, candidate), { "data-page": candidate.effect, "aria-label": `${text("page")}: ${candidate.effect}` }))]);
+    parts.push(...verdict(answer), table(text("candidates"), [text("effect"), text("evidence"), text("parameters"), text("judgement"), ""], rows), commandLineText(answer.text));
   }
-  byId("answer-text").replaceChildren(...parts);
+  byId("answer-text").replaceChildren(...parts.filter((part) => part != null));
   byId("answer-plots").replaceChildren();
   if (!answer.series) return;
   const series = await readLog(answer.series);
@@ -225,19 +230,24 @@ async function follow(now) {
   if (!byId("job-identify")) return;
   const running = job.is_running && JOBS.includes(job.kind);
   byId("job-identify").hidden = !running;
-  for (const id of ["compare", "fit", "explain"]) byId(id).disabled = job.is_running;
+  for (const id of ["compare", "fit", "explain", "signature-start"]) if (byId(id)) byId(id).disabled = job.is_running;
   if (job.is_running || job.number === handled || job.number === 0) return;
   handled = job.number;
   await attempt(async () => {
     if (job.answer && job.kind === "record") log = job.answer;
     if (job.answer && JOBS.includes(job.kind)) {
       const answer = await request(`answer?name=${job.answer}`);
+      if (job.kind === "signature") {
+        const place = byId("signature");
+        if (place) showSignature(place, answer, await readLog(answer.series));
+        return;
+      }
       addStep(job.answer, answer);
       shown = answer;
     }
     // Values that were typed and not saved stay, unless this view has a new answer.
     if (JOBS.includes(job.kind) || job.kind === "record") await loadSession();
-    if (job.error && (JOBS.includes(job.kind) || job.kind === "record")) throw new Error(`${job.kind}: ${job.error}`);
+    if (job.error && (JOBS.includes(job.kind) || job.kind === "record")) throw jobError(job);
   });
 }
 

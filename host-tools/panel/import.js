@@ -1,6 +1,6 @@
 // Logs of other programs: a file that is dropped or chosen is copied into the session's folder; its columns and units are shown, corrected and accepted.
 import { request } from "./connection.js";
-import { attemptIn, byId, element, table } from "./dom.js";
+import { attemptIn, byId, element, english, table } from "./dom.js";
 import { number, parse, text } from "./text.js";
 
 /** Names that are tried where a file of the name exists. */
@@ -129,7 +129,7 @@ function show() {
   });
   const rows = columns.map((/** @type {any} */ column) => [
     String(column.number), column.name, cell(column, "import_is", column.is ?? "-", "import-known", stated.columns), cell(column, "unit", column.unit ?? "", column.alternatives.length > 0 ? `import-units-${column.number}` : "import-units", stated.units),
-    column.min == null ? text("no_numbers") : `${number(column.min, 4)} … ${number(column.max, 4)}`, column.why]);
+    column.min == null ? text("no_numbers") : `${number(column.min, 4)} … ${number(column.max, 4)}`, english(column.why)]);
   const options = (/** @type {string} */ id, /** @type {any[]} */ values) => element("datalist", { id }, ...values.map((value) => element("option", { value: value.name ?? value, label: value.description ?? "" })));
   const own = columns.filter((/** @type {any} */ column) => column.alternatives.length > 0).map((/** @type {any} */ column) => options(`import-units-${column.number}`, column.alternatives));
   const rate = element("input", { id: "import-rate", size: 10, inputmode: "decimal", value: inspection.sample_rate_Hz == null ? "" : number(inspection.sample_rate_Hz, 9), onchange: () => { stated.rate = parse(rate.value); attempt(() => inspect(false)); } });
@@ -137,16 +137,17 @@ function show() {
   const problem = inspection.open ?? inspection.refused;
   fill(byId("import-form"),
     element("h2", { id: "import-title", tabindex: "-1" }, `${text("import_title")}: ${name}`), element("p", {}, summary()),
-    ...inspection.warnings.map((/** @type {string} */ warning) => element("p", { class: "warn" }, warning)),
-    problem ? element("p", { id: "import-open-question", class: "warn", role: "status" }, `${text("import_question")}: ${problem}`) : null,
+    ...inspection.warnings.map((/** @type {string} */ warning) => element("p", { class: "warn", lang: "en" }, warning)),
+    problem ? element("p", { id: "import-open-question", class: "warn", role: "status" }, `${text("import_question")}: `, english(problem)) : null,
     inspection.is_own ? element("p", { class: "good" }, text("import_own")) : null,
     table(text("import_table"), ["№", text("import_column"), text("import_is"), text("unit"), text("range"), text("why")], rows), options("import-known", [{ name: "-", description: text("import_unused") }, ...inspection.known]), options("import-units", UNITS), ...own,
     element("p", { class: "faint" }, text("import_note_help")),
     element("div", { class: "row" }, element("label", {}, text("import_rate"), rate), element("label", {}, text("import_note"), note), element("button", { type: "button", id: "import-note-add", onclick: () => attempt(() => addNote(note.value)) }, text("add")),
-      ...Object.entries(inspection.notes).map(([key, value]) => element("span", { class: "mono" }, `${key}=${value}`))),
+      ...Object.entries(inspection.notes).map(([key, value]) => element("span", { class: "row" }, element("span", { class: "mono" }, `${key}=${value}`),
+        element("button", { type: "button", "data-remove-note": key, "aria-label": `${text("remove")}: ${key}=${value}`, onclick: () => attempt(() => removeNote(key)) }, text("remove"))))),
     element("p", {}, element("code", {}, inspection.command)),
     element("div", { class: "row" }, element("button", { type: "button", id: "import-accept", class: "main", disabled: problem != null, onclick: () => attempt(() => inspect(true)) }, text("import_accept")), element("button", { type: "button", onclick: close }, text("close"))),
-    element("details", {}, element("summary", {}, text("import_as_text")), element("pre", { class: "mono", tabindex: "0" }, inspection.text)));
+    element("details", {}, element("summary", {}, text("import_as_text")), element("pre", { class: "mono", tabindex: "0", lang: "en" }, inspection.text)));
 }
 
 /** Replaces the form under the person's hands: the focus, and what is being typed, stay. @param {HTMLElement} place @param {...(Node|null)} children */
@@ -181,4 +182,13 @@ async function addNote(typed) {
     stated.notes.delete(key);
     throw error;
   }
+}
+
+/** Takes back what was stated; a note of the import file itself is removed with the next acceptance. @param {string} key */
+async function removeNote(key) {
+  stated.notes.delete(key);
+  await inspect(false);
+  if (!(key in inspection.notes)) return;
+  stated.notes.set(key, "");
+  await inspect(false);
 }

@@ -1,33 +1,36 @@
 // The page: header, STOP, tabs, language; the views are in their modules.
 import { buildCompensate, startCompensate } from "./compensate.js";
-import { connect, hasToken, on, request, state, stop } from "./connection.js";
+import { connect, hasToken, on, state, stop } from "./connection.js";
 import { buildDrive, send, startDrive } from "./drive.js";
-import { byId, element } from "./dom.js";
+import { byId, element, english } from "./dom.js";
 import { buildIdentify, startIdentify } from "./identify.js";
 import { relabelLive, startLive } from "./live.js";
 import { buildMeasure, startMeasure } from "./measure.js";
-import { setLanguage, text } from "./text.js";
+import { sentence, setLanguage, text } from "./text.js";
 
 /** Lines of the view Commands, as many as the program keeps. */
 const MAX_NOTES = 500;
 const VIEWS = ["live", "identify", "compensate", "measure", "commands"];
 
-// STOP first: it works whatever else of the page fails. The WebSocket is the fast way; the request is for a socket that is just being reopened.
-function stopNow() {
-  stop();
-  request("stop", {}).catch(() => {});
-}
-byId("stop").addEventListener("pointerdown", stopNow);
-byId("stop").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => (event.key === "Enter" || event.key === " ") && stopNow());
+// STOP first: it works whatever else of the page fails.
+byId("stop").addEventListener("pointerdown", stop);
+byId("stop").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
+  if (event.key !== "Enter" && event.key !== " ") return;
+  // Otherwise the browser makes a click of the key, which would be a second press.
+  event.preventDefault();
+  if (!event.repeat) stop();
+});
 // A click without a pointer: of a screen reader, or by voice.
-byId("stop").addEventListener("click", (/** @type {MouseEvent} */ event) => event.detail === 0 && stopNow());
-addEventListener("keydown", (event) => event.key === "Escape" && !event.repeat && stopNow(), { capture: true });
+byId("stop").addEventListener("click", (/** @type {MouseEvent} */ event) => event.detail === 0 && stop());
+addEventListener("keydown", (event) => event.key === "Escape" && !event.repeat && stop(), { capture: true });
 
-/** @param {string} message empty: nothing to tell */
-function alert(message) {
+/** @param {...(Node|string)} parts none: nothing to tell */
+function alert(...parts) {
   const place = byId("alert");
-  if (place.textContent !== message) place.textContent = message;
-  place.hidden = message === "";
+  const message = element("p", {}, ...parts);
+  // A message that stays is not read again by a screen reader.
+  if (place.textContent !== message.textContent) place.replaceChildren(...message.childNodes);
+  place.hidden = parts.length === 0;
 }
 
 /** @param {any} now */
@@ -36,12 +39,12 @@ function showState(now) {
   byId("folder").textContent = now.folder;
   const { drive } = now;
   byId("drive-state").textContent = text(drive.is_on ? "drive_on" : "drive_off") + (drive.is_on ? ` (${drive.mode})` : "") + (/^("?none"?)?$/i.test(drive.limits) ? "" : ` · ${text("limits")}: ${drive.limits}`);
-  const lines = [];
-  if (drive.line_error) lines.push(`${text("line_down")}: ${drive.line_error}`);
-  if (drive.fault) lines.push(`${text("fault")} ${drive.fault.replace(",", ": ").replace(",", " – ")}`);
-  if (drive.fault && drive.stopped_because) lines.push(`${text("stopped_because")}: ${drive.stopped_because}`);
-  alert(lines.join(". "));
-  for (const node of document.querySelectorAll(".job-stage")) node.textContent = now.job.is_running ? `${now.job.kind}: ${now.job.stage}` : "";
+  const parts = [];
+  if (drive.line_error) parts.push(`${text("line_down")}: `, english(drive.line_error), ". ");
+  if (drive.fault) parts.push(`${text("fault")} `, english(drive.fault.replace(",", ": ").replace(",", " – ")), ". ");
+  if (drive.fault && drive.stopped_because) parts.push(`${text("stopped_because")}: ${sentence("stopped", drive.stopped_because)}.`);
+  alert(...parts);
+  for (const node of document.querySelectorAll(".job-stage")) node.textContent = now.job.is_running ? `${text(now.job.kind)}: ${sentence("stage", now.job.stage)}` : "";
   for (const node of document.querySelectorAll(".job-progress")) {
     if (now.job.fraction == null) node.removeAttribute("value");
     else node.setAttribute("value", now.job.fraction);
@@ -84,7 +87,7 @@ function buildCommands() {
   byId("view-commands").replaceChildren(
     element("form", { class: "row", onsubmit: submit }, element("label", {}, text("console"), line), element("button", { class: "main" }, text("send")),
       element("button", { type: "button", onclick: () => navigator.clipboard.writeText(sent.map((note) => note.line).join("\n")) }, text("copy"))),
-    element("pre", { id: "log", tabindex: "0", role: "log", "aria-label": text("commands") }),
+    element("pre", { id: "log", lang: "en", tabindex: "0", role: "log", "aria-label": text("commands") }),
     element("p", { class: "faint" }, `${text("replay_note")} ${text("session_folder")}: `, element("span", { id: "folder", class: "mono" }, state?.folder ?? "")));
   sent.forEach(showCommand);
 }

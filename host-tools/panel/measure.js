@@ -1,8 +1,9 @@
 // The other measurements: Allan deviation, drift session, calibration session. Each is a job of the program; results are a table, the pictures of the report and its text.
 import { drives, on, request, state, takeControl } from "./connection.js";
-import { attemptIn, byId, element, svgFigure, table } from "./dom.js";
-import { field, showControl, typed } from "./fields.js";
-import { number, parse, text } from "./text.js";
+import { attemptIn, byId, element, english, svgFigure, table } from "./dom.js";
+import { commandLineText, remarkList } from "./explanation.js";
+import { field, jobError, showControl, typed } from "./fields.js";
+import { fill, number, parse, sentence, text } from "./text.js";
 
 const KINDS = ["allan", "drift", "calibrate"];
 const DEVICES = { drive: "device_drive", gyro: "device_gyro", accel: "device_accel" };
@@ -40,7 +41,7 @@ export async function buildMeasure() {
           field("place", places("calibrate-place")),
           field("device", element("select", { id: "calibrate-kind", onchange: () => attempt(loadSteps) }, ...Object.entries(DEVICES).map(([kind, key]) => element("option", { value: kind }, text(key))))),
           field("serial", input("calibrate-serial", "")), field("operator", input("calibrate-operator", "")), field("seed", input("calibrate-seed", "1")),
-          button("calibrate_start", startCalibration), element("div", { id: "calibrate-steps" }))),
+          button("calibrate_start", startCalibration), element("div", { id: "calibrate-interrupted" }), element("div", { id: "calibrate-steps" }))),
       element("div", {},
         element("fieldset", { id: "job-measure", hidden: true }, element("legend", {}, text("running")), element("p", { class: "job-stage", role: "status" }), element("progress", { class: "job-progress", max: 1, "aria-label": text("running") }),
           element("div", { id: "job-asks", class: "row", role: "alert", hidden: true }, element("strong", { id: "job-asks-text" }), input("job-remark", ""), element("button", { type: "button", id: "job-reply", class: "main", onclick: () => attempt(reply) }, text("done"))),
@@ -54,11 +55,28 @@ export async function buildMeasure() {
 }
 
 async function loadSession() {
-  const { logs } = await request("session");
+  const { logs, interrupted } = await request("session");
+  showInterrupted(interrupted);
   const names = logs.map((/** @type {any} */ file) => file.name);
   const log = names.includes(chosen.log) ? chosen.log : (names.at(-1) ?? "");
   byId("allan-log").replaceChildren(...(names.length === 0 ? [element("option", { value: "" }, text("no_log"))] : names.map((/** @type {string} */ name) => element("option", { value: name, selected: name === log }, name))));
   if (log !== "") await loadColumns(log);
+}
+
+/** The calibration sessions that can be continued. @param {{name: string, kind: string, serial: string, done: number, steps: [string, number][]}[]} sessions */
+function showInterrupted(sessions) {
+  const row = (/** @type {typeof sessions[0]} */ session) => {
+    const words = fill("interrupted_session", { name: session.name, done: session.done, steps: session.steps.length });
+    const resume = async () => {
+      await request("resume", { client: client(), name: session.name });
+      byId("calibrate-kind").value = session.kind;
+      steps = session.steps.map(([name, seconds]) => ({ name, seconds }));
+      showSteps(state?.job);
+    };
+    return element("div", { class: "row" }, element("span", {}, `${words}${session.serial === "" ? "" : ` (${session.serial})`}`),
+      element("button", { type: "button", class: "measure-start", "data-resume": session.name, "aria-label": `${text("resume_session")}: ${session.name}`, onclick: () => attempt(resume) }, text("resume_session")));
+  };
+  byId("calibrate-interrupted").replaceChildren(...(sessions.length === 0 ? [] : [element("h3", {}, text("interrupted")), ...sessions.map(row)]));
 }
 
 /** @param {string} log */
@@ -133,17 +151,31 @@ function quantitiesOf(answer) {
   return answer.coefficients ? entries(answer.coefficients) : (answer.quantities ?? entries(answer));
 }
 
+/** Why a quantity has no value. @param {any} quantity */
+function absence({ reason, says, below, unit }) {
+  if (!reason) return says ?? "";
+  const minimum = reason.has_minimum == null ? "" : text(reason.has_minimum ? "minimum_explained" : "minimum_absent");
+  return sentence("allan", { ...reason, below, unit }) + minimum;
+}
+
+/** Remarks on an Allan deviation, a drift session or a calibration. @param {any} answer */
+function remarksOf(answer) {
+  if (answer.coefficients) return remarkList("allan_note", answer.notes);
+  return answer.record ? remarkList("calibration", answer.remarks) : remarkList("drift", answer.notes);
+}
+
 /** @param {string} name @param {any} answer */
 async function showAnswer(name, answer) {
   shown = { name, answer };
   const cell = (/** @type {number|null|undefined} */ value, /** @type {number} */ digits) => element("span", { class: "mono" }, number(value, digits));
-  const rows = quantitiesOf(answer).map((/** @type {any} */ q) => [q.name, q.value == null ? (q.says ?? "") : cell(q.value, 6), cell(q.U, 2), cell(q.k, 3), q.unit === "1" ? "" : q.unit]);
+  const rows = quantitiesOf(answer).map((/** @type {any} */ q) => [english(q.name), q.value == null ? absence(q) : cell(q.value, 6), cell(q.U, 2), cell(q.k, 3), q.unit === "1" ? "" : q.unit]);
+  const absent = (answer.absent ?? []).map((/** @type {any} */ each) => [english(each.quantity), sentence("absent", each.reason), "–", "–", ""]);
   const { plots } = await request(`pictures?name=${encodeURIComponent(name.replace(/\.json$/, ".html"))}`);
   const picture = (/** @type {any} */ plot) => svgFigure(plot.svg, plot.name);
   const files = answer.folder ? `${answer.folder}/record.json, ${name}` : name;
   byId("measure-answer").dataset.answer = name;
-  byId("measure-answer").replaceChildren(element("h2", {}, name.replace(/\.json$/, "")), table(`${text("uncertainty_note")} ${files}`, [text("quantity"), text("value"), "U", "k", text("unit")], rows),
-    ...plots.map(picture), element("pre", { class: "mono", tabindex: "0" }, answer.text ?? ""));
+  byId("measure-answer").replaceChildren(element("h2", {}, name.replace(/\.json$/, "")), table(`${text("uncertainty_note")} ${files}`, [text("quantity"), text("value"), "U", "k", text("unit")], [...rows, ...absent]),
+    ...remarksOf(answer), ...plots.map(picture), commandLineText(answer.text) ?? "");
 }
 
 /** @param {any} now the state of the program */
@@ -154,16 +186,17 @@ async function show(now) {
   for (const button of document.querySelectorAll(".measure-start")) /** @type {HTMLButtonElement} */ (button).disabled = job.is_running;
   byId("still-start").disabled = job.is_running || !drives();
   byId("job-measure").hidden = !(job.is_running && (KINDS.includes(job.kind) || job.kind === "record"));
-  byId("job-asks").hidden = job.asks === "";
-  if (byId("job-asks-text").textContent !== job.asks) byId("job-asks-text").textContent = job.asks;
+  const asks = job.asks.map((/** @type {any} */ ask) => sentence("ask", ask)).join(" ");
+  byId("job-asks").hidden = asks === "";
+  if (byId("job-asks-text").textContent !== asks) byId("job-asks-text").textContent = asks;
   showSteps(job);
   if (job.is_running || job.number === handled || job.number === 0) return;
   handled = job.number;
   await attempt(async () => {
     if (job.answer && job.kind === "record") chosen.log = job.answer;
-    if (job.kind === "record") await loadSession();
+    if (job.kind === "record" || job.kind === "calibrate") await loadSession();
     if (!KINDS.includes(job.kind)) return;
-    if (job.error) throw new Error(`${job.kind}: ${job.error}`);
+    if (job.error) throw jobError(job);
     await showAnswer(job.answer, await request(`answer?name=${job.answer}`));
   });
 }

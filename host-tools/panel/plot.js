@@ -14,9 +14,9 @@ const WORST = "#b00020";
 
 export class Plot {
   /**
-   * `kind`: `lines` over time; `profile` has the series mean, low, high; `bars` has the bars and a level.
+   * `kind`: `lines` over time; `profile` has the series mean, low, high; `pair` has two curves over a coordinate; `bars` has the bars and a level.
    * @param {HTMLElement} parent
-   * @param {{title: string, series: Series[], height?: number, sync?: string, xLabel?: string, kind?: "lines"|"profile"|"bars", cursors?: Cursors}} options
+   * @param {{title: string, series: Series[], height?: number, sync?: string, xLabel?: string, kind?: "lines"|"profile"|"pair"|"bars", cursors?: Cursors}} options
    */
   constructor(parent, { title, series, height = 150, sync, xLabel = text("time_s"), kind = "lines", cursors }) {
     this.parent = parent;
@@ -161,6 +161,7 @@ export class Plot {
 function look(kind, k) {
   const style = STYLES[k % STYLES.length];
   if (kind === "profile") return k === 0 ? { ...style, width: 1, points: { show: true, size: 5, fill: style.stroke } } : { class: "bound", stroke: "rgba(0, 114, 178, 0.5)", width: 1, points: { show: false } };
+  if (kind === "pair") return { ...style, width: 1.5, spanGaps: true, points: { show: true, size: 4 } };
   if (kind === "bars" && k === 0) return { ...style, fill: style.stroke, paths: uPlot.paths.bars?.({ size: [0.7, 40] }), points: { show: false } };
   if (kind === "bars") return { ...style, width: 1.5, points: { show: false } };
   return { ...style, width: 1.5, points: { show: (/** @type {any} */ u) => visiblePoints(u) < 150 } };

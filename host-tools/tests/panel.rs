@@ -6,10 +6,15 @@ mod common;
 #[path = "common/panel.rs"]
 mod panel;
 
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::process::Stdio;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use common::served::{Served, send_lines};
-use common::{folder, stand};
+use common::{command, folder, stand};
 use host_tools::log::Log;
 use panel::{Page, Panel, STOP, TAKE};
 use serde_json::{Value, json};
@@ -41,7 +46,9 @@ fn page_that_freezes_loses_the_drive_within_1500_ms_and_never_regains_it_by_itse
     page.until(|page| page.state["driver"] == page.state["client"], true);
     let refused = page.command(&panel, "OUTPut ON");
     assert!(refused["errors"][0].as_str().unwrap().contains("FAULt:CLEar"), "{refused}");
+    assert_eq!(page.state["drive"]["stopped_because"]["kind"], "silent");
     page.command(&panel, "FAULt:CLEar");
+    page.until(|page| page.state["drive"]["stopped_because"].is_null(), true);
     page.drive(&panel);
     page.say(STOP);
     page.until(Page::is_off_with_fault, false);
@@ -377,7 +384,164 @@ fn explanation_is_cancelled_within_seconds_and_the_next_job_starts() {
     panel.post("cancel", &json!({}));
     let begun = Instant::now();
     let job = finish(&mut page, &started["job"]);
-    assert!(job["error"] == "cancelled" && begun.elapsed() < Duration::from_secs(10), "{job} {:?}", begun.elapsed());
+    assert!(job["error"] == "cancelled" && job["is_cancelled"] == true, "{job}");
+    assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
     let started = panel.post("compare", &words);
     assert_eq!(finish(&mut page, &started["job"])["error"], "");
+}
+
+#[test]
+fn one_press_of_stop_is_one_byte_on_the_line_by_whichever_way_it_comes() {
+    let folder = folder();
+    let relay = Relay::new(folder.path());
+    let panel = Panel::new(folder.path(), &["--port", &format!("tcp:{}", relay.port)]);
+    let mut page = panel.page();
+    let press = |number: u64| [&[STOP][..], &number.to_le_bytes()].concat();
+    let by_request = |number: u64| panel.request("POST", "stop", &json!({"press": number}).to_string()).0;
+    let mut expected = 0;
+    let mut stops = |page: &mut Page, count: usize, what: &str| {
+        expected += count;
+        page.until(|_| relay.stops() >= expected, true);
+        sleep_with_beats(page, 300 * MS);
+        assert_eq!(relay.stops(), expected, "{what}");
+    };
+    page.drive(&panel);
+    page.say_bytes(&press(7));
+    assert_eq!(by_request(7), 200);
+    stops(&mut page, 1, "the socket is first");
+    assert_eq!(page.state["drive"]["stopped_because"]["kind"], "pressed");
+    assert_eq!(by_request(8), 200);
+    page.say_bytes(&press(8));
+    stops(&mut page, 1, "the request is first");
+    page.say_bytes(&press(9));
+    stops(&mut page, 1, "the request does not arrive");
+    // Without a number, and with a body that is no JSON, each is a press of its own.
+    page.say(STOP);
+    stops(&mut page, 1, "no number");
+    assert_eq!(panel.request("POST", "stop", "{{{").0, 200);
+    stops(&mut page, 1, "a broken body");
+}
+
+#[test]
+fn note_on_a_column_is_stated_removed_and_forgotten_with_consent() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let (session, rate) = (folder.path().join("panel"), "encoder, mean over 20 ms before t");
+    assert_eq!(panel.request("POST", "upload?name=fremd.txt", &foreign(folder.path())).0, 200);
+    let inspect = |notes: Value, accept: bool| {
+        let columns = json!([["Kanal 4", "omega_rad_s"]]);
+        let request = json!({"name": "fremd.txt", "columns": columns, "units": [["Kanal 4", "rpm"]], "notes": notes, "accept": accept});
+        panel.post("inspect", &request)["notes"].clone()
+    };
+    assert_eq!(inspect(json!([["u_V", "at t"], ["omega_rad_s", rate]]), true), json!({"omega_rad_s": rate, "u_V": "at t"}));
+    assert_eq!(inspect(json!([["u_V", ""]]), false), json!({"omega_rad_s": rate}), "without consent the file keeps it");
+    assert_eq!(Log::read(session.join("fremd.txt")).unwrap().note("u_V"), Some("at t"));
+    inspect(json!([["u_V", ""]]), true);
+    let log = Log::read(session.join("fremd.txt")).unwrap();
+    assert_eq!((log.note("u_V"), log.note("omega_rad_s")), (None, Some(rate)));
+    stand(&session, &["log", "inspect", "fremd.txt", "--note", "omega_rad_s=", "--accept"]).succeeded();
+    assert_eq!(Log::read(session.join("fremd.txt")).unwrap().note("omega_rad_s"), None);
+    let blank = json!({"name": "fremd.txt", "notes": [["u_V", " "]]}).to_string();
+    assert_eq!(panel.request("POST", "inspect", &blank).0, 422);
+}
+
+#[test]
+fn signature_of_an_effect_is_what_it_explains_of_the_residual() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &["--hidden", "cogging"]);
+    let mut page = panel.page();
+    let started = record(&panel, &mut page, 10.0, &json!({"find_index": true}));
+    let log = finish(&mut page, &started["job"])["answer"].as_str().unwrap().to_owned();
+    let session = folder.path().join("panel");
+    let model = std::fs::read_to_string(session.join("model.toml")).unwrap();
+    let starts = json!({"cogging_order": 8.0});
+    let signature = |page: &mut Page, effect: &str, parameters: &Value| {
+        let words = json!({"log": log, "model": "model.toml", "effect": effect, "parameters": parameters});
+        let job = finish(page, &panel.post("signature", &words)["job"]);
+        assert_eq!(job["error"], "", "{job}");
+        panel.request("GET", &format!("answer?name={}", job["answer"].as_str().unwrap()), "").1
+    };
+    let rms = |answer: &Value, model: &str| {
+        let series = Log::read_all(session.join(answer["series"].as_str().unwrap())).unwrap();
+        let column = |name: &str| series.column(name).unwrap_or_else(|| panic!("{name}")).to_vec();
+        let residual = column("omega_rad_s").iter().zip(column(model)).map(|(y, modelled)| (y - modelled).powi(2)).sum::<f64>();
+        (residual / series.len() as f64).sqrt()
+    };
+    let with = signature(&mut page, "cogging", &starts);
+    let [without, explained] = ["omega_rad_s_model", "omega_rad_s_model_with"].map(|model| rms(&with, model));
+    assert!(without > 1.5 * explained, "{without} {explained}");
+    assert_eq!((&with["coordinate"], with["model_effects"].as_array().unwrap().contains(&"cogging".into())), (&"theta".into(), false));
+    assert!(with["profiles"]["omega_rad_s"].is_object() && with["profiles_with"]["omega_rad_s"].is_object());
+    // Of an effect of the model it is the same, with the effect taken out.
+    panel.post("model", &json!({"name": "model.toml", "add": "cogging"}));
+    panel.post("model", &json!({"name": "model.toml", "set": {"cogging_order": 8.0}}));
+    let of_model = signature(&mut page, "cogging", &json!({}));
+    assert!((rms(&of_model, "omega_rad_s_model_with") / explained - 1.0).abs() < 0.02, "{of_model}");
+    panel.post("model", &json!({"name": "model.toml", "remove": "cogging"}));
+    assert_eq!(std::fs::read_to_string(session.join("model.toml")).unwrap().contains("cogging\""), model.contains("cogging\""));
+    for effect in ["absent", "cogging\nreboot", "", "../cogging"] {
+        let words = json!({"log": log, "model": "model.toml", "effect": effect});
+        let (status, refused) = panel.request("POST", "signature", &words.to_string());
+        assert!(status == 422 && refused["error"].as_str().unwrap().lines().count() == 1, "{effect:?} {refused}");
+    }
+    let logs = panel.request("GET", "session", "").1["logs"].clone();
+    assert_eq!(logs.as_array().unwrap().len(), 1, "a series of an answer is no log: {logs}");
+}
+
+/// A relay before a served stand, which counts the stops on the line.
+struct Relay {
+    stand: std::process::Child,
+    port: u16,
+    stops: Arc<AtomicUsize>,
+}
+
+impl Relay {
+    fn new(folder: &std::path::Path) -> Self {
+        let mut stand = command(folder, &["sim", "--serve", "tcp:0"]).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut address = String::new();
+        BufReader::new(stand.stdout.take().unwrap()).read_line(&mut address).unwrap();
+        let target: u16 = address.trim().rsplit(':').next().unwrap().parse().unwrap();
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let stops = Arc::new(AtomicUsize::new(0));
+        let counted = stops.clone();
+        std::thread::spawn(move || {
+            while let Ok((client, _)) = listener.accept() {
+                let line = TcpStream::connect(("127.0.0.1", target)).unwrap();
+                for (from, to, counted) in
+                    [(client.try_clone().unwrap(), line.try_clone().unwrap(), Some(counted.clone())), (line, client, None)]
+                {
+                    std::thread::spawn(move || copy(from, to, counted.as_deref()));
+                }
+            }
+        });
+        Relay { stand, port, stops }
+    }
+
+    fn stops(&self) -> usize {
+        self.stops.load(Ordering::SeqCst)
+    }
+}
+
+impl Drop for Relay {
+    fn drop(&mut self) {
+        let _ = self.stand.kill();
+        let _ = self.stand.wait();
+    }
+}
+
+/// Copies until an end closes.
+fn copy(mut from: TcpStream, mut to: TcpStream, counted: Option<&AtomicUsize>) {
+    to.set_nodelay(true).unwrap();
+    let mut bytes = [0; 4096];
+    while let Ok(count @ 1..) = from.read(&mut bytes) {
+        let stops = bytes[..count].iter().filter(|byte| **byte == STOP).count();
+        if let Some(counted) = counted {
+            counted.fetch_add(stops, Ordering::SeqCst);
+        }
+        if to.write_all(&bytes[..count]).is_err() {
+            break;
+        }
+    }
+    let _ = to.shutdown(Shutdown::Both);
 }

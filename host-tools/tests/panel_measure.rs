@@ -10,6 +10,13 @@ use std::time::{Duration, Instant};
 
 use common::served::Served;
 use common::{folder, stand};
+use host_tools::allan::{AllanError, Request, Taus};
+use host_tools::calibrate::CalibrateError;
+use host_tools::calibrate::record::{RecordError, compute_until};
+use host_tools::drift::DriftError;
+use host_tools::drift::compute::{DriftSettings, measurement};
+use host_tools::identify::deadline::Deadline;
+use host_tools::log::Log;
 use panel::{Page, Panel, STOP, TAKE};
 use serde_json::{Value, json};
 
@@ -128,6 +135,18 @@ fn allan_deviation_of_a_still_log_is_that_of_the_command() {
     let session = folder.path().join("panel");
     let same = stand(&session, &["allan", &log, "--column", "supply_V", "--json", "-"]).succeeded().json();
     assert_eq!((&found["oadev"], &found["coefficients"]), (&same["oadev"], &same["coefficients"]));
+    let request = Request {
+        log: session.join(&log),
+        column: "supply_V".to_owned(),
+        from_s: None,
+        to_s: None,
+        taus: Taus::Octave,
+        interpretation: None,
+    };
+    let ended = request.analyse(request.read().unwrap(), Deadline::after_s(Some(0.0))).err().unwrap();
+    assert!(matches!(ended, AllanError::Interrupted), "{ended}");
+    let reasons = found["coefficients"].as_object().unwrap().values().filter(|c| c["value"].is_null());
+    assert!(reasons.clone().count() > 0 && reasons.clone().all(|c| c["reason"]["kind"].is_string()), "{}", found["coefficients"]);
     let pictures = panel.request("GET", "pictures?name=allan-1.html", "").1;
     assert!(pictures["plots"][0]["svg"].as_str().unwrap().starts_with("<svg"), "{pictures}");
     let commands = std::fs::read_to_string(session.join("commands.txt")).unwrap();
@@ -144,10 +163,10 @@ fn simulated_drift_session_measures_the_drift_and_its_log_gives_it_again() {
     let mut page = panel.page();
     let request = json!({"client": page.client(), "place": "simulated", "cycles": 8, "pulse_s": 5.0, "rest_s": 4.0, "rates_deg_s": [0.05, 0.02], "positions_deg": [0.0, 180.0], "latitude_deg": null, "seed": 1});
     let started = panel.post("drift", &request);
-    page.until(|page| page.state["job"]["stage"].as_str().unwrap().contains("visit"), false);
+    page.until(|page| page.state["job"]["stage"]["kind"] == "visit", false);
     panel.post("cancel", &json!({}));
     let job = finish(&mut page, &started);
-    assert_eq!(job["error"], "interrupted by the user");
+    assert_eq!((&job["error"], &job["is_cancelled"]), (&"interrupted by the user".into(), &true.into()));
     let found = answer(&panel, &mut page, "drift", &request);
     let own = &found["quantities"][0];
     // The simulated gyroscope drifts by 1.5 °/h.
@@ -157,6 +176,11 @@ fn simulated_drift_session_measures_the_drift_and_its_log_gives_it_again() {
     let again = stand(&session, &["drift", "compute", "drift-1.parquet", "--json", "-"]).succeeded().json();
     let computed = again["quantities"][0]["value"].as_f64().unwrap();
     assert!((computed - value).abs() < expanded, "{value} {computed}");
+    let log = Log::read_all(session.join("drift-1.parquet")).unwrap();
+    let measured = measurement(&[log], &DriftSettings::default()).unwrap();
+    assert_eq!(measured.clone().evaluate_until(Deadline::after_s(Some(0.0))).err(), Some(DriftError::Interrupted));
+    assert!(measured.evaluate_until(Deadline::NEVER).is_ok());
+    assert!(found["notes"].as_array().unwrap().iter().any(|note| note["kind"] == "taken-as-exact"), "{}", found["notes"]);
     for (key, wrong) in [
         ("cycles", json!(0)),
         ("pulse_s", json!(-1)),
@@ -192,7 +216,50 @@ fn simulated_calibration_session_writes_the_record_of_the_command() {
     assert_eq!(found["inertia_kg_m2"]["value"], again["inertia_kg_m2"]["value"]);
     let commands = std::fs::read_to_string(session.join("commands.txt")).unwrap();
     assert!(commands.contains(r"--serial 'A'\''1'"), "{commands}");
-    stand(&session, &["calibrate", "drive", "--out", "calibrate-1", "--resume", "--seed", "3"]).succeeded();
+    assert!(found["absent"].as_array().unwrap().iter().all(|absent| absent["reason"]["kind"].is_string()) && found["remarks"].is_array());
+    let passed = Deadline::after_s(Some(0.0));
+    let ended = compute_until(&session.join("calibrate-2"), passed).err().unwrap();
+    assert!(matches!(ended, RecordError::Calibrate(CalibrateError::Interrupted)), "{ended}");
+    // The interrupted one is listed, and goes on with the device of its seed.
+    let listed = panel.request("GET", "session", "").1["interrupted"].clone();
+    assert_eq!(
+        (listed.as_array().unwrap().len(), &listed[0]["name"], &listed[0]["is_simulated"]),
+        (1, &"calibrate-1".into(), &true.into())
+    );
+    let wrong = stand(&session, &["calibrate", "drive", "--out", "calibrate-1", "--resume", "--seed", "4"]);
+    assert!(wrong.status != Some(0) && wrong.err.contains("seed 3, not 4"), "{}", wrong.err);
+    let resume = json!({"client": page.client(), "name": "calibrate-1"});
+    let resumed = answer(&panel, &mut page, "resume", &resume);
+    assert_eq!((&resumed["folder"], &resumed["record"]["whole"]), (&"calibrate-1".into(), &true.into()));
+    assert_eq!(resumed["record"]["steps"].as_array().unwrap().len(), steps["steps"].as_array().unwrap().len());
+    assert_eq!(resumed["record"]["serial"], "A'1");
+    assert_eq!(panel.request("GET", "session", "").1["interrupted"], json!([]));
+    let commands = std::fs::read_to_string(session.join("commands.txt")).unwrap();
+    assert!(commands.contains("stand calibrate drive --out calibrate-1 --resume --seed 3 "), "{commands}");
+    for name in ["calibrate-1", "calibrate-9", "../panel", ""] {
+        let (status, refused) = panel.request("POST", "resume", &json!({"client": page.client(), "name": name}).to_string());
+        assert!(status == 422 && refused["error"].as_str().unwrap().contains("no interrupted"), "{name} {status} {refused}");
+    }
+}
+
+#[test]
+fn cancel_acts_during_the_search_of_the_index() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let mut page = panel.page();
+    take(&mut page);
+    let started = panel.post("calibrate", &json!({"client": page.client(), "place": "stand", "kind": "drive"}));
+    // The first motion of a session is the search.
+    page.until(|page| page.state["drive"]["is_on"] == true, true);
+    panel.post("cancel", &json!({}));
+    let begun = Instant::now();
+    let job = finish(&mut page, &started);
+    assert!(job["is_cancelled"] == true && job["error"].as_str().unwrap().contains("interrupted by the user"), "{job}");
+    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
+    page.until(|page| page.state["drive"]["is_on"] == false, true);
+    assert_eq!(page.state["drive"]["fault"], "", "a cancelled session is no stop");
+    let files: Vec<_> = std::fs::read_dir(folder.path().join("panel/calibrate-1")).unwrap().map(|file| file.unwrap().file_name()).collect();
+    assert!(files.iter().all(|name| !name.to_string_lossy().contains("parquet")), "nothing was recorded: {files:?}");
 }
 
 #[test]
@@ -206,12 +273,14 @@ fn session_at_the_stand_waits_for_the_person_and_uses_the_gyroscope_of_the_stand
     let started = panel.post("drift", &request);
     let mut asked = 0;
     while page.state["job"]["number"] != started["job"] || page.state["job"]["is_running"] == true {
-        let asks = page.state["job"]["asks"].as_str().unwrap_or_default().to_owned();
-        if !asks.is_empty() {
-            assert!(asks.starts_with("Turn the gyroscope to "), "{asks}");
+        if let Some(asks) = page.state["job"]["asks"].get(0) {
+            assert!(
+                asks["kind"] == "turn-gyroscope" && asks["turned_deg"].as_f64().is_some_and(|deg| deg == 0.0 || (deg - 180.0).abs() < 1e-9),
+                "{asks}"
+            );
             asked += 1;
             panel.post("reply", &json!({"text": "done"}));
-            page.until(|page| page.state["job"]["asks"] == "", true);
+            page.until(|page| page.state["job"]["asks"] == json!([]), true);
         }
         page.say(panel::BEAT);
         page.read();

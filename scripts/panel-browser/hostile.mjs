@@ -16,8 +16,8 @@ await mkdir(session, { recursive: true });
 const rows = Array.from({ length: 300 }, (_, k) => `${k / 100},${Math.sin(k / 20).toFixed(4)},${Math.cos(k / 9).toFixed(4)}`).join("\n");
 await writeFile(`${session}/<img src=x onerror=alert(1)>.csv`, `t_s,omega_rad_s,u_V\n${rows}\n`);
 await writeFile(`${session}/hostile.csv`, `# operator: ${MARKUP}${SCRIPT}\n# theta_zero: ${MARKUP}\nt_s,omega_rad_s,"${MARKUP.replaceAll('"', '""')}"\n${rows}\n`);
-await writeFile(`${session}/compare-1.json`, JSON.stringify({ log: MARKUP, model: SCRIPT, model_effects: [MARKUP], outputs: { [MARKUP]: { rms: 1, noise: 1, ratio: 2 } }, sentences: [MARKUP, SCRIPT] }));
-await writeFile(`${session}/compensate-1.json`, JSON.stringify({ port: MARKUP, source: SCRIPT, in_force: [MARKUP], left_out: [SCRIPT], withdrawn: true, saved: false, ripple: null, spectrum: null }));
+await writeFile(`${session}/compare-1.json`, JSON.stringify({ log: MARKUP, model: SCRIPT, model_effects: [MARKUP], outputs: { [MARKUP]: { rms: 1, noise: 1, ratio: 2 } }, failures: [{ output: MARKUP, coordinate: "theta", share: 1, orders: [MARKUP], form: { kind: "sensor", channel: SCRIPT } }, { output: SCRIPT, coordinate: MARKUP, share: 0.5, orders: [], form: { kind: MARKUP } }, { says: MARKUP }] }));
+await writeFile(`${session}/compensate-1.json`, JSON.stringify({ port: MARKUP, source: SCRIPT, in_force: [MARKUP], left_out: [SCRIPT], left_out_reasons: [{ kind: "effect", effect: MARKUP }], withdrawn: true, saved: false, ripple: null, spectrum: null }));
 await writeFile(`${session}/evil.toml`, `input = "voltage"\n[parameters]\n"${MARKUP.replaceAll('"', '\\"')}" = 1.0\n`);
 
 // Host names of the hostile sites lead to this computer, as after DNS rebinding. Chromium's own guard of local addresses is off, so that the program's is tested.

@@ -33,7 +33,8 @@ async function keys(page, key, count) {
 async function exported(page, id, format) {
   const before = await text(page, `#${id}-message`);
   await press(page, `#${id}-${format}`);
-  await page.waitForFunction((i, old) => document.querySelector(`#${i}-message`).textContent !== old, { timeout: 30_000 }, id, before);
+  // It is empty while the file is written.
+  await page.waitForFunction((i, old) => { const { textContent: now } = document.querySelector(`#${i}-message`); return now !== old && /export-/.test(now); }, { timeout: 30_000 }, id, before);
   return (await text(page, `#${id}-message`)).match(/export-\d+\.\w+/)[0];
 }
 
@@ -138,6 +139,11 @@ async function mapping(page, session, language, log) {
   await type(page, "#import-unit-4", "rpm");
   await page.keyboard.press("Tab");
   await page.waitForFunction(() => /4=rpm/.test(document.querySelector("#import-form code").textContent));
+  await type(page, "#import-note", "u_V=at t");
+  await press(page, "#import-note-add");
+  await press(page, "[data-remove-note='u_V']");
+  await page.waitForFunction(() => document.querySelector("[data-remove-note]") === null && !/--note/.test(document.querySelector("#import-form code").textContent));
+  claim(true, "a note on a column is added and removed");
   await picture(page, `mapping-${language}`);
   if (language === "en") await accessible(page, "mapping of columns");
   await press(page, "#import-accept");

@@ -2,7 +2,7 @@
 //   node loop.mjs STAND CHROMIUM FOLDER [PICTURES]
 // STAND: the program; CHROMIUM: the browser; FOLDER: an empty folder for sessions; PICTURES: folder for screenshots. Exit status 0: all claims hold.
 import puppeteer from "puppeteer-core";
-import { accessible, chromium, claim, focus, panel, pause, picture, press, tab, text, type } from "./page.mjs";
+import { accessible, chromium, claim, focus, panel, pause, picture, press, tab, text, type, untranslated } from "./page.mjs";
 
 /** Explains, and waits for the answer on the page. */
 async function explain(page) {
@@ -14,16 +14,66 @@ async function explain(page) {
 }
 const idle = (page) => page.waitForFunction(() => document.querySelector("#job-identify").hidden && !document.querySelector("#compare").disabled, { timeout: 600_000 });
 
+const isUkrainian = (words) => /[а-яіїєґ]/i.test(words);
+
+/** Collects what the page says about the stage of its jobs. */
+const collectStages = (page) => page.evaluate(() => {
+  globalThis.stages = new Set();
+  new MutationObserver(() => document.querySelectorAll(".job-stage").forEach((node) => node.textContent !== "" && globalThis.stages.add(node.textContent))).observe(document.body, { childList: true, characterData: true, subtree: true });
+});
+
+/** The verdict and the misfits in the language of the page. */
+async function inOwnWords(page, language) {
+  const sentences = await page.$$eval("#answer-text :is(ol li, ul li, p.good, p.warn):not([lang=en])", (all) => all.map((node) => node.textContent));
+  claim(sentences.length > 0 && sentences.every((sentence) => isUkrainian(sentence) === (language === "uk")), `the findings are in the language of the page: ${sentences.join(" | ").slice(0, 200)}`);
+  if (language === "uk") await untranslated(page, "identify");
+}
+
+/** The page of the first candidate, and its signature in the log. */
+async function signature(page, language) {
+  await press(page, "[data-page]");
+  await press(page, "#signature-start");
+  await page.waitForFunction(() => document.querySelectorAll("#signature canvas").length >= 2, { timeout: 600_000 });
+  await idle(page);
+  const captions = await page.$$eval("#signature figcaption", (all) => all.map((node) => node.textContent));
+  const numbers = captions.find((caption) => caption.startsWith("omega_rad_s:")).match(/\d[\d.,e-]*/g).map((number) => Number(number.replace(",", ".")));
+  claim(numbers[0] > 1.5 * numbers[1], `the signature of the candidate in the log: ${captions[0]}`);
+  await page.$eval("#signature", (node) => node.scrollIntoView());
+  await pause(300);
+  await picture(page, `signature-${language}`);
+  if (language === "uk") await untranslated(page, "effect");
+  if (language === "en") await accessible(page, "effect");
+  await page.$eval("#effect", (node) => node.replaceChildren());
+}
+
+/** A calibration session that is cancelled, and continued on the page. */
+async function interruptedSession(page, language) {
+  await press(page, "#calibrate-start");
+  await page.waitForFunction(() => /^(done|виконано)$/.test(document.querySelector("#calibrate-steps tbody tr td:last-child").textContent), { timeout: 120_000 });
+  await press(page, "#measure-cancel");
+  await page.waitForSelector("[data-resume='calibrate-2']", { timeout: 30_000 });
+  const error = await text(page, "#measure-error");
+  claim(language === "en" ? /Cancelled/.test(error) : /Скасовано/.test(error), `the session is cancelled: ${error}`);
+  await picture(page, `interrupted-${language}`);
+  if (language === "uk") await untranslated(page, "measure");
+  await press(page, "[data-resume='calibrate-2']");
+  await page.waitForFunction(() => document.querySelector("#measure-answer").dataset.answer === "calibrate-2.json", { timeout: 120_000 });
+  await page.waitForFunction(() => document.querySelector("[data-resume]") === null);
+  claim(true, "and continued to its end with one button");
+}
+
 /** Each of the other measurements, with its result on the page. */
-async function measurements(page) {
+async function measurements(page, language) {
   for (const kind of ["allan", "drift", "calibrate"]) {
     await press(page, `#${kind}-start`);
     await page.waitForFunction((k) => (document.querySelector("#measure-answer").dataset.answer ?? "").startsWith(`${k}-`) || !document.querySelector("#measure-error").hidden, { timeout: 300_000 }, kind);
     const { rows, pictures, error } = await page.evaluate(() => ({ rows: document.querySelectorAll("#measure-answer tbody tr").length, pictures: [...document.querySelectorAll("#measure-answer img")].filter((image) => image.complete && image.naturalWidth > 0).length, error: document.querySelector("#measure-error").textContent }));
     claim(rows > 0 && pictures > 0, `${kind}: ${rows} quantities with U, ${pictures} pictures ${error}`);
-    await picture(page, `measure-${kind}`);
-    await accessible(page, `measure, ${kind}`);
+    await picture(page, `measure-${kind}-${language}`);
+    if (language === "en") await accessible(page, `measure, ${kind}`);
+    else await untranslated(page, `measure, ${kind}`);
   }
+  await interruptedSession(page, language);
 }
 
 async function loop(browser, language) {
@@ -50,6 +100,8 @@ async function loop(browser, language) {
     await page.waitForFunction(() => !document.querySelector("#alert").hidden);
     await page.waitForFunction(() => !/RATE/.test(document.querySelector("#drive-state").textContent));
     claim(true, "Esc stops the drive and the fault is shown");
+    if (language === "uk") await untranslated(page, "live");
+    await collectStages(page);
     await press(page, "#take");
     await press(page, "#clear");
     await page.waitForFunction(() => document.querySelector("#alert").hidden);
@@ -62,13 +114,18 @@ async function loop(browser, language) {
     await press(page, "#fit");
     await page.waitForFunction(() => document.querySelectorAll(".steps > div").length === 1, { timeout: 600_000 });
     await picture(page, `compare-${language}`);
+    await inOwnWords(page, language);
     const uncertain = await page.$$eval("#model tbody tr", (rows) => rows.map((row) => row.children[2].textContent));
     claim(uncertain.length === 5 && uncertain.filter((cell) => /^± [\d.,e-]+$/.test(cell)).length >= 3 && uncertain.every((cell) => cell !== "–") && /fit-1\.json/.test(await text(page, "#model")), `each parameter has the uncertainty of the last fit, or why it has none: ${uncertain}`);
     await page.$eval("#answer .pair figure:last-child", (node) => node.scrollIntoView());
     await page.waitForSelector("#answer .pair figure:last-child canvas");
     await picture(page, `profiles-${language}`);
     await explain(page);
+    await page.$eval("#answer", (node) => node.scrollIntoView());
     await picture(page, `explain-${language}`);
+    await inOwnWords(page, language);
+    if (language === "en") await accessible(page, "explain");
+    await signature(page, language);
     const best = await page.$eval("[data-add]", (node) => node.dataset.add);
     for (let k = 0; k < 4; k++) {
       const next = await page.evaluate(() => document.querySelector("[data-add]")?.dataset.add);
@@ -78,8 +135,9 @@ async function loop(browser, language) {
       await page.waitForFunction((n) => document.querySelectorAll(".steps > div").length > n, { timeout: 600_000 }, before);
       await idle(page);
       await explain(page);
-      if (/adequate/.test(await text(page, "#answer h2"))) break;
+      if ((await page.$eval("#answer", (node) => node.dataset.verdict)) === "adequate") break;
     }
+    await inOwnWords(page, language);
     const ratios = await page.$$eval(".steps strong", (all) => all.map((node) => Number(node.textContent.replace(",", "."))));
     claim(ratios.at(-1) < ratios[0] / 3, `the error falls: ${ratios.join(" → ")} (first candidate ${best})`);
     claim(/cogging/.test(await text(page, "#model")), "the hidden effect is in the model");
@@ -89,13 +147,17 @@ async function loop(browser, language) {
     if (await page.$("#compensate-take:not([disabled])")) await press(page, "#compensate-take");
     await press(page, "#compensate-start");
     await page.waitForSelector("#job-compensate:not([hidden])");
-    await page.waitForSelector("#ripple-fall", { timeout: 120_000 });
+    await page.waitForSelector("#ripple-fall, #compensate-error:not([hidden])", { timeout: 120_000 });
+    claim((await page.$("#ripple-fall")) !== null, `compensation: ${await text(page, "#compensate-error")}`);
     const factor = await page.$eval("#ripple-fall", (node) => Number(node.dataset.factor));
     claim(factor > 3, `the compensation on the stand divides the ripple by ${factor.toFixed(1)}`);
     await picture(page, `compensate-${language}`);
     if (language === "en") await accessible(page, "compensate");
     await tab(page, "compensate", 1);
-    if (language === "en") await measurements(page);
+    if (language === "uk") await untranslated(page, "compensate");
+    await measurements(page, language);
+    const stages = await page.evaluate(() => [...globalThis.stages]);
+    claim(stages.length > 8 && stages.every((stage) => isUkrainian(stage) === (language === "uk")), `the stages of the jobs are in the language of the page: ${stages.length}, e.g. ${stages.slice(0, 3).join(" | ")}`);
     await picture(page, `measure-${language}`);
     await tab(page, "measure", 1);
     await type(page, "#console-line", "*IDN?");

@@ -42,6 +42,20 @@ export const text = (page, selector) => page.$eval(selector, (node) => node.text
 export async function picture(page, name) {
   if (pictures) await page.screenshot({ path: `${pictures}/${name}.png` });
 }
+/** Text of the page in the language of the page: what is marked as English, what a person has typed, code and names are left out. Three words in Latin letters in a row are English. */
+export async function untranslated(page, view) {
+  const found = await page.evaluate(() => {
+    const all = [];
+    const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+      const parent = node.parentElement;
+      if (parent.closest("[lang=en], code, pre, option, script, [hidden]")) continue;
+      if (/(?:^|[\s("«])[A-Za-z]{2,}(?:[ ,]+[A-Za-z]{2,}){2,}/.test(node.textContent)) all.push(node.textContent.slice(0, 120));
+    }
+    return all;
+  });
+  claim(found.length === 0, `no English sentence in the view ${view} ${found.join(" | ")}`);
+}
 export async function accessible(page, view) {
   // The policy of the page admits no script of others; the test's own comes through the debugger.
   await page.evaluate(axe);

@@ -75,7 +75,34 @@ async function program(name, harm, words = []) {
   }
 }
 
+/** One press of STOP is one byte on the line, though the page sends it in two ways. */
+async function presses() {
+  const browser = await launch();
+  const { address, relay, end } = await bench(stand, folder, "stopping-presses");
+  try {
+    const driving = await drive(browser, address);
+    const viewer = await watch(address);
+    const count = async (name, press) => {
+      const begun = performance.now();
+      await press();
+      await pause(800);
+      const bytes = relay.sent.filter(({ at }) => at >= begun).reduce((sum, { bytes }) => sum + bytes.filter((byte) => byte === 0x18).length, 0);
+      claim(bytes === 1 && !viewer.state.drive.is_on, `${name}: ${bytes} byte 0x18 on the line`);
+    };
+    await count("Esc", () => driving.keyboard.press("Escape"));
+    await count("click on STOP", () => driving.click("#stop"));
+    await driving.focus("#stop");
+    await count("Enter on STOP", () => driving.keyboard.press("Enter"));
+    await count("space bar on STOP", () => driving.keyboard.press(" "));
+    viewer.close();
+  } finally {
+    end();
+    browser.process().kill("SIGKILL");
+  }
+}
+
 const signal = (name) => async (browser) => (await renderers(browser)).forEach((pid) => process.kill(pid, name));
+await presses();
 await page("renderer stopped by SIGSTOP", signal("SIGSTOP"), signal("SIGCONT"));
 await page("renderer killed by SIGKILL", signal("SIGKILL"));
 // What F5 does; in a headless browser the key itself has no effect.

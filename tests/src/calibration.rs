@@ -6,6 +6,7 @@ use host_tools::acquire::calibration_session::simulated::simulate;
 use host_tools::acquire::calibration_session::{PreparedSession, Session};
 use host_tools::calibrate::record::{CalibrationRecord, compute};
 use host_tools::calibrate::{Findings, Quantity, Step};
+use host_tools::identify::deadline::Deadline;
 use host_tools::statistics::Extremes;
 use host_tools::statistics::uncertainty::{COVERAGE_PROBABILITY, Evaluation, coverage_factor};
 use std::path::{Path, PathBuf};
@@ -49,8 +50,8 @@ pub fn run(stand: &str, session: &str, seed: u64) -> Folder {
     let folder = Folder::new();
     let stand = Stand::parse(stand).unwrap_or_else(|e| panic!("stand: {e}"));
     let parsed = Session::parse(session).unwrap_or_else(|e| panic!("session: {e}"));
-    let prepared = PreparedSession { session: parsed, text: session.to_owned(), begun: None };
-    simulate(&stand, seed, &prepared, &folder.0, |_| true).unwrap_or_else(|e| panic!("session: {e}"));
+    let prepared = PreparedSession { session: parsed, text: session.to_owned(), begun: None, simulated_seed: None };
+    simulate(&stand, seed, &prepared, &folder.0, Deadline::NEVER, |_| true).unwrap_or_else(|e| panic!("session: {e}"));
     folder
 }
 

@@ -13,6 +13,7 @@ use host_tools::acquire::calibration_session::{DutKind, PreparedSession, Session
 use host_tools::calibrate::plateaus::plateaus;
 use host_tools::calibrate::record::{self, CalibrationRecord};
 use host_tools::calibrate::{Meaning, Quantity};
+use host_tools::identify::deadline::Deadline;
 
 /// Quantities that describe the record and have no true value.
 pub const DESCRIPTIVE: [&str; 3] = ["threshold_rad_s", "blind_below_rad_s", "combined_rms_rad_s"];
@@ -210,7 +211,7 @@ pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Vec<Compared> {
         }
     };
     if !folder.join("journal.json").exists() {
-        simulate(&stand, seed, &prepared, folder, |_| true).unwrap_or_else(|e| panic!("part {seed}: {e}"));
+        simulate(&stand, seed, &prepared, folder, Deadline::NEVER, |_| true).unwrap_or_else(|e| panic!("part {seed}: {e}"));
     }
     let record = record::compute(folder).unwrap_or_else(|e| panic!("part {seed}: {e}"));
     let steps = host_tools::acquire::calibration_session::journal::read_logs(&record.journal.steps, folder)

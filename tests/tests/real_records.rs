@@ -167,7 +167,7 @@ fn model_of_the_first_record_of_emps_fails_on_the_second_over_the_rate() {
     let (compared, _) = prepare::prepare(&pulses, &trained, true).unwrap();
     let failures = residual::misfits(&pulses, &compared, &fit_or_compare(&pulses, &trained, false).unwrap());
     let first = failures.first().expect("at least one misfit");
-    println!("{}", host_tools::report::misfit(host_tools::log::Axis::Rotary, first));
+    println!("{}", host_tools::report::misfits::sentence(host_tools::log::Axis::Rotary, first));
     assert_eq!(first.coordinate.name(), "omega");
     assert!(first.explained_fraction > 0.5, "{}", first.explained_fraction);
 }

@@ -2,6 +2,7 @@
 //! or the emulated chip in virtual time ([`SimulatedConnection`]).
 
 use crate::acquire::link::{BAUD, LineLosses, LinkError, Received, Receiver, SerialLink, drives, sign, with_checksum};
+use crate::identify::deadline::Deadline;
 use chip_sim::machine::{Halt, Machine};
 use chip_sim::time::of_seconds;
 use hal_sim::board::PlantPort;
@@ -42,6 +43,9 @@ pub enum ConnectionError {
     /// The emulated program did something that the chip cannot do.
     #[error("the emulated chip halted: {0}")]
     Halt(#[from] Halt),
+    /// The user interrupted a wait.
+    #[error("interrupted by the user")]
+    Interrupted,
 }
 
 /// A connection to a stand.
@@ -53,7 +57,8 @@ pub trait StandConnection {
     async fn query_lines(&mut self, query: &str) -> Result<Vec<String>, ConnectionError>;
     /// Sends a command and checks that the stand accepted it.
     async fn command(&mut self, command: &str) -> Result<(), ConnectionError>;
-    /// Waits; the rows of the stream that arrived in this time.
+    /// Waits; the rows of the stream that arrived in this time. A connection that can be interrupted waits no longer then, and refuses the next wait: a loop with a
+    /// monitor of its own asks that first, every other loop ends by [`ConnectionError::Interrupted`]. Commands that end a motion are still sent.
     async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError>;
     /// Name of the port, for notes and messages.
     fn name(&self) -> String;
@@ -155,12 +160,26 @@ pub struct SimulatedConnection<L> {
     has_driven: bool,
     /// Time since the last [`sign`], s.
     signed_s: f64,
+    /// Ends the waits.
+    deadline: Deadline,
 }
 
 impl<L: VirtualLine> SimulatedConnection<L> {
     /// Connects to a stand.
     pub fn new(stand: L) -> Self {
-        Self { stand, receiver: Receiver::default(), received: VecDeque::new(), has_driven: false, signed_s: 0.0 }
+        Self {
+            stand,
+            receiver: Receiver::default(),
+            received: VecDeque::new(),
+            has_driven: false,
+            signed_s: 0.0,
+            deadline: Deadline::NEVER,
+        }
+    }
+
+    /// The same, interrupted by a deadline.
+    pub fn until(self, deadline: Deadline) -> Self {
+        Self { deadline, ..self }
     }
 
     fn send(&mut self, command: &str) {
@@ -233,10 +252,13 @@ impl<L: VirtualLine> StandConnection for SimulatedConnection<L> {
     }
 
     async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError> {
+        if self.deadline.has_passed() {
+            return Err(ConnectionError::Interrupted);
+        }
         // The buffer of the line holds 22 ms of a stream.
         let mut rows = Vec::new();
         let mut left = seconds;
-        while left > 0.0 {
+        while left > 0.0 && !self.deadline.has_passed() {
             self.pass(left.min(0.05)).await?;
             left -= 0.05;
             self.received.retain(|received| match received {

@@ -161,6 +161,7 @@ async fn take_rows<W: Write>(
     loop {
         let rows = match stand.wait_s(READ_INTERVAL_S).await {
             Ok(rows) => rows,
+            Err(ConnectionError::Interrupted) => return Ok(RecordingEnd::Interrupted),
             Err(error) => return Ok(RecordingEnd::Disconnected(error)),
         };
         since_flush_s += READ_INTERVAL_S;

@@ -5,6 +5,9 @@ use crate::log::LogError;
 /// An error of the input.
 #[derive(Debug, thiserror::Error)]
 pub enum AllanError {
+    /// The deadline has passed.
+    #[error("interrupted by the user")]
+    Interrupted,
     /// The log cannot be read, or has no such column.
     #[error(transparent)]
     Log(#[from] LogError),

@@ -26,7 +26,7 @@ pub mod units;
 
 pub use answer::{Answer, Interpretation};
 pub use error::AllanError;
-pub use request::{Request, Taus};
+pub use request::{Recorded, Request, Taus};
 
 /// √(2 ln 2/π): ratio of the floor of the Allan deviation to B for flicker noise.
 pub const FLOOR: f64 = 0.664_282_470_267_960_1;

@@ -12,6 +12,7 @@ use super::noise::{self, MIN_POINTS};
 use super::time_stamps::{Steps, Timing};
 use super::units::Unit;
 use super::{AllanError, FLOOR, MAX_RELATIVE_TAU};
+use crate::identify::deadline::Deadline;
 use crate::log::{OneColumn, times};
 use crate::statistics::uncertainty::{Estimate, Uncertainty};
 
@@ -51,17 +52,30 @@ pub struct Request {
     pub interpretation: Option<Interpretation>,
 }
 
+/// A column that was read.
+pub struct Recorded {
+    column: OneColumn,
+    timing: Timing,
+}
+
 impl Request {
     /// Reads the column and analyses it.
     ///
     /// # Errors
     /// Unreadable log, missing column, too few rows, constant column.
     pub fn answer(&self) -> Result<Answer, AllanError> {
+        self.analyse(self.read()?, Deadline::NEVER)
+    }
+
+    /// Analyses a column that was read, ended by a deadline between its parts: of 10⁷ rows each takes less than a second.
+    ///
+    /// # Errors
+    /// Too few rows, constant column; [`AllanError::Interrupted`] after the deadline.
+    pub fn analyse(&self, recorded: Recorded, deadline: Deadline) -> Result<Answer, AllanError> {
+        let check = || if deadline.has_passed() { Err(AllanError::Interrupted) } else { Ok(()) };
+        check()?;
         let name = self.log.display().to_string();
-        if self.column == "t_s" {
-            return Err(AllanError::Time { log: name });
-        }
-        let (column, timing) = self.read(&name)?;
+        let Recorded { column, timing } = recorded;
         let quantum = column.quantization_step();
         let mut unit = Unit::of(&self.column);
         let interpretation = self.interpretation.unwrap_or(if unit.is_angle() { Interpretation::Integral } else { Interpretation::Value });
@@ -74,6 +88,7 @@ impl Request {
         notes.extend(timing.notes.iter().copied().map(Note::Timing));
         let raw = Rows::new(&column.values, interpretation);
         let disturbances = disturbances(raw, &timing.segments);
+        check()?;
         let segments = without_steps(&timing.segments, &disturbances.steps);
         let disturbances = Reported::new(&disturbances, &timing, interpretation);
         notes.extend(disturbances.notes());
@@ -96,13 +111,16 @@ impl Request {
         let mut all = [&shown[..], &octaves[..]].concat();
         all.sort_unstable();
         all.dedup();
+        check()?;
         let overlapping = series.overlapping(&all);
+        check()?;
         if overlapping.iter().all(|v| v.variance == 0.0) {
             return Err(still(Still::StraightLine));
         }
         let up_to = (MAX_RELATIVE_TAU * rows as f64) as usize;
         let read: Vec<Variance> = overlapping.iter().filter(|v| octaves.contains(&v.factor) && v.factor <= up_to).copied().collect();
         let found = noise::fit(&read, &lengths);
+        check()?;
         let white: Squares = [0.0, overlapping[0].variance, 0.0, 0.0, 0.0];
         let squares = found.as_ref().map_or(white, |f| f.squares);
         let at_shown: Vec<Variance> = overlapping.into_iter().filter(|v| shown.contains(&v.factor)).collect();
@@ -137,8 +155,15 @@ impl Request {
         Ok(answer)
     }
 
-    /// The column within the window, with the timing of its rows.
-    fn read(&self, name: &str) -> Result<(OneColumn, Timing), AllanError> {
+    /// Reads the column within the window, with the timing of its rows.
+    ///
+    /// # Errors
+    /// Unreadable log, missing column, a window without rows.
+    pub fn read(&self) -> Result<Recorded, AllanError> {
+        let name = self.log.display().to_string();
+        if self.column == "t_s" {
+            return Err(AllanError::Time { log: name });
+        }
         let (from_s, to_s) = (self.from_s.unwrap_or(f64::NEG_INFINITY), self.to_s.unwrap_or(f64::INFINITY));
         if from_s.is_nan() || to_s.is_nan() || from_s >= to_s {
             return Err(AllanError::Window { from_s, to_s });
@@ -152,9 +177,9 @@ impl Request {
         column.values.drain(..within.start);
         if within.len() < MIN_ROWS {
             let window = if self.from_s.or(self.to_s).is_some() { format!(" from {from_s} s to {to_s} s") } else { String::new() };
-            return Err(AllanError::Short { log: name.to_owned(), rows: within.len(), window, minimum: MIN_ROWS });
+            return Err(AllanError::Short { log: name, rows: within.len(), window, minimum: MIN_ROWS });
         }
-        Ok((column, marks.timing()))
+        Ok(Recorded { column, timing: marks.timing() })
     }
 }
 

@@ -27,6 +27,7 @@ pub mod stored_record;
 pub mod trend;
 
 pub use crate::acquire::calibration_session::{Assumptions, DutKind, MeasuredCrystal, Mounting, Orientation, Step};
+use crate::identify::deadline::Deadline;
 use crate::statistics::uncertainty;
 pub use note::{AbsenceReason, Basis, Meaning, Remark};
 use response_function::ResponseFunction;
@@ -100,7 +101,7 @@ impl Curve {
 }
 
 /// A quantity that was not found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Absence {
     /// Name of the quantity.
     pub quantity: String,
@@ -230,9 +231,17 @@ pub enum CalibrateError {
         /// Why each was not found.
         absent: Vec<Absence>,
     },
+    /// The deadline has passed.
+    #[error("interrupted by the user")]
+    Interrupted,
 }
 
 impl CalibrateError {
+    /// Between two parts of a computation.
+    fn check(deadline: Deadline) -> Result<(), Self> {
+        if deadline.has_passed() { Err(Self::Interrupted) } else { Ok(()) }
+    }
+
     /// No plateaus remain because steps are clipped.
     fn of_clipped(remark: Remark) -> Self {
         match remark {

@@ -5,8 +5,9 @@
 
 use super::step_table::{StepTableError, read_steps};
 use super::{Assumptions, CalibrateError, DutKind, Findings, Remark, Step, accel, crystal, drive, gyro};
-use crate::acquire::calibration_session::journal::{Journal, JournalError, StepRecord, read_logs, sha256};
+use crate::acquire::calibration_session::journal::{Journal, JournalError, StepRecord, read_log, read_logs, sha256};
 use crate::acquire::calibration_session::{Limits, Session};
+use crate::identify::deadline::Deadline;
 use crate::log::Log;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -65,8 +66,22 @@ impl CalibrationRecord {
 /// # Errors
 /// No session in the folder; a changed log; logs that give no calibration.
 pub fn compute(folder: &Path) -> Result<CalibrationRecord, RecordError> {
+    compute_until(folder, Deadline::NEVER)
+}
+
+/// As [`compute`], ended by a deadline: between the logs, and during the fits of a drive. The computation itself takes less than a second for a default session.
+///
+/// # Errors
+/// As [`compute`]; [`CalibrateError::Interrupted`] after the deadline.
+pub fn compute_until(folder: &Path, deadline: Deadline) -> Result<CalibrationRecord, RecordError> {
     let (journal, session) = Journal::read(folder)?;
-    let findings = findings(&journal.steps, &session, folder)?;
+    let mut logs = Vec::with_capacity(journal.steps.len());
+    for step in &journal.steps {
+        CalibrateError::check(deadline)?;
+        logs.push(read_log(step, folder)?);
+    }
+    CalibrateError::check(deadline)?;
+    let findings = of_session(&logs, &journal.steps, &session, deadline)?;
     Ok(CalibrationRecord { journal, session, findings, computed: crate::log::timestamp() })
 }
 
@@ -75,8 +90,12 @@ pub fn compute(folder: &Path) -> Result<CalibrationRecord, RecordError> {
 /// # Errors
 /// As [`compute`].
 pub fn findings(steps: &[StepRecord], session: &Session, folder: &Path) -> Result<Findings, RecordError> {
-    let logs = read_logs(steps, folder)?;
-    let Some(reference) = &session.clock_reference else { return of_steps(&logs, session) };
+    of_session(&read_logs(steps, folder)?, steps, session, Deadline::NEVER)
+}
+
+/// Computes the findings, with times and rates corrected by the clock reference of the session, if it has one that can be used.
+fn of_session(logs: &[Step], steps: &[StepRecord], session: &Session, deadline: Deadline) -> Result<Findings, RecordError> {
+    let Some(reference) = &session.clock_reference else { return of_steps(logs, session, deadline) };
     let readings: Vec<_> = steps.iter().filter_map(|step| step.clock).collect();
     let recorded_s = logs.iter().map(|step| step.log.duration_s()).sum();
     match crystal::measured(&readings, recorded_s, reference, session.assumptions.crystal_ppm)? {
@@ -84,24 +103,24 @@ pub fn findings(steps: &[StepRecord], session: &Session, folder: &Path) -> Resul
             let logs =
                 logs.iter().map(|step| crystal::corrected(step, &found)).collect::<Result<Vec<_>, _>>().map_err(JournalError::from)?;
             let assumptions = Assumptions { measured_crystal: Some(found), ..session.assumptions };
-            let mut findings = of_steps(&logs, &Session { assumptions, ..session.clone() })?;
+            let mut findings = of_steps(&logs, &Session { assumptions, ..session.clone() }, deadline)?;
             findings.remarks.insert(0, crystal::remark(&found, reference));
             findings.crystal = Some(found);
             Ok(findings)
         }
         Err(reason) => {
-            let mut findings = of_steps(&logs, session)?;
+            let mut findings = of_steps(logs, session, deadline)?;
             findings.remarks.insert(0, Remark::ReferenceUnused { reference: reference.name.clone(), reason });
             Ok(findings)
         }
     }
 }
 
-fn of_steps(steps: &[Step], session: &Session) -> Result<Findings, RecordError> {
+fn of_steps(steps: &[Step], session: &Session, deadline: Deadline) -> Result<Findings, RecordError> {
     Ok(match session.dut_kind {
         DutKind::Gyro => gyro::calibrate(steps, &gyro::GyroSettings::of(session)),
         DutKind::Accel => accel::calibrate(steps, session),
-        DutKind::Drive => drive::calibrate(steps, session),
+        DutKind::Drive => drive::calibrate(steps, session, deadline),
     }?)
 }
 
@@ -149,7 +168,7 @@ pub fn compute_foreign(table: &Path, folder: &Path, dut_kind: DutKind, known: Fo
         limits: Limits::default(),
         steps: Vec::new(),
     };
-    let findings = of_steps(&steps, &session)?;
+    let findings = of_steps(&steps, &session, Deadline::NEVER)?;
     let mut journal = Journal::new(dut_kind, format!("rates of {}", table.display()));
     for step in &steps {
         let sha256 = sha256(step.log.path())?;

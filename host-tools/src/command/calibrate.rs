@@ -15,7 +15,9 @@ use crate::acquire::calibration_session::error::RunError;
 use crate::acquire::calibration_session::journal::{JOURNAL_FILE, Journal, JournalError, write_atomically};
 use crate::acquire::calibration_session::run::{Operator, Progress, run_session};
 use crate::acquire::calibration_session::simulated::{simulate, stand_with_dut};
-use crate::acquire::calibration_session::{DutKind, Mounting, PreparedSession, SessionChanges, default_folder, default_session};
+use crate::acquire::calibration_session::{
+    DutKind, Instruction, Mounting, PreparedSession, SessionChanges, default_folder, default_session,
+};
 use crate::acquire::link::SerialLink;
 use crate::calibrate::apply::{ApplyError, apply_to_model, apply_to_stand};
 use crate::calibrate::by_hand::{self, HandAssumptions};
@@ -23,6 +25,7 @@ use crate::calibrate::record::{self, CalibrationRecord, ForeignSession, RecordEr
 use crate::calibrate::step_table;
 use crate::calibrate::store::RecordStore;
 use crate::calibrate::stored_record::RECORD_FILE;
+use crate::identify::deadline::Deadline;
 use crate::model::Model;
 use crate::report::calibration as report;
 
@@ -272,7 +275,7 @@ impl Calibrate {
             }
             None => {
                 let described = self.stand.as_deref().map(|path| read_stand(Some(path))).transpose()?;
-                simulate(&stand_with_dut(described, self.seed, session), self.seed, &prepared, &folder, on_progress)
+                simulate(&stand_with_dut(described, self.seed, session), self.seed, &prepared, &folder, Deadline::NEVER, on_progress)
             }
         };
         bar.finish_and_clear();
@@ -300,7 +303,7 @@ impl Calibrate {
 struct ConsoleOperator;
 
 impl Operator for ConsoleOperator {
-    fn perform(&mut self, instruction: &str, _: &Mounting, _: f64) -> Option<String> {
+    fn perform(&mut self, instruction: &Instruction, _: &Mounting, _: f64) -> Option<String> {
         let hint = if std::io::stdin().is_terminal() { " Press Enter when done, or type a remark." } else { "" };
         eprintln!("{instruction}{hint}");
         let mut line = String::new();

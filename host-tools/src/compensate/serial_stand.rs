@@ -150,7 +150,11 @@ pub async fn measure(
     let ripple = if index { Some(ripple(stand, &before, writing).await?) } else { None };
     stand.command("CALibration:COGGing:STARt").await?;
     let state = loop {
-        stand.wait_s(QUERY_INTERVAL_S).await?;
+        match stand.wait_s(QUERY_INTERVAL_S).await {
+            // Asked again below: the measurement of the stand is aborted before this ends.
+            Ok(_) | Err(ConnectionError::Interrupted) => {}
+            Err(error) => return Err(error.into()),
+        }
         let state = stand.query("CALibration:COGGing?").await?;
         if !state.starts_with("RUNNING") {
             break state;

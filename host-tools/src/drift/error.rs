@@ -5,6 +5,9 @@ use super::cycle::CycleDefect;
 /// Why the input gives no drift.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DriftError {
+    /// The deadline has passed.
+    #[error("interrupted by the user")]
+    Interrupted,
     /// A number out of its range.
     #[error("{name} = {value}: must be a number from {min} to {max}")]
     Number {

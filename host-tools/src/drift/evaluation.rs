@@ -10,6 +10,7 @@ use super::measurement::{DriftWarning, Measurement, Movement, SeparatedDrift};
 use super::positions::{PositionFit, PositionModel};
 use super::separation::{self, PlatformDrift};
 use super::session_fit::{FitRow, LOG10_SIGNIFICANCE, SessionFit};
+use crate::identify::deadline::Deadline;
 use crate::statistics::uncertainty::{Estimate, Uncertainty};
 use hal_sim::gyro::Orientation;
 use std::f64::consts::PI;
@@ -46,6 +47,16 @@ impl Measurement {
     /// # Errors
     /// No valid cycle, one position only, positions that do not separate the parameters, a latitude that the measured Earth rate contradicts.
     pub fn evaluate(self) -> Result<DriftResult, DriftError> {
+        self.evaluate_until(Deadline::NEVER)
+    }
+
+    /// As [`Measurement::evaluate`], ended by a deadline between the fits.
+    ///
+    /// # Errors
+    /// As [`Measurement::evaluate`]; [`DriftError::Interrupted`] after the deadline.
+    pub fn evaluate_until(self, deadline: Deadline) -> Result<DriftResult, DriftError> {
+        let check = || if deadline.has_passed() { Err(DriftError::Interrupted) } else { Ok(()) };
+        check()?;
         if self.valid_cycles().is_empty() {
             let defect = self.cycles.first().and_then(|cycle| cycle.defect.clone());
             return Err(DriftError::NoValidCycle { log: self.name, count: self.cycles.len(), defect });
@@ -54,9 +65,12 @@ impl Measurement {
         let raw: Rate<'_> = &|cycle| cycle.integral.drift_rad_s();
         let (corrected, uncorrected) = if self.has_three_axes {
             let earth = earth.ok_or_else(|| DriftError::Note { log: self.name.clone(), note: "latitude_deg", option: "--latitude" })?;
-            (self.separate_three(&earth, &Cycle::rate_rad_s, true)?, self.separate_three(&earth, raw, false)?)
+            (self.separate_three(&earth, &Cycle::rate_rad_s, true)?, check().and_then(|()| self.separate_three(&earth, raw, false))?)
         } else {
-            (self.separate_single(earth.as_ref(), &Cycle::rate_rad_s, true)?, self.separate_single(earth.as_ref(), raw, false)?)
+            (
+                self.separate_single(earth.as_ref(), &Cycle::rate_rad_s, true)?,
+                check().and_then(|()| self.separate_single(earth.as_ref(), raw, false))?,
+            )
         };
         let Separation { drift: mut corrected, fits, levers } = corrected;
         let budgets: Vec<AxisBudget> =

@@ -1,19 +1,23 @@
-//! Compare, fit and explain on files of the session: the library's functions, their answers as files that the command line writes too.
+//! Compare, fit and explain on files of the session: the library's functions, their answers as files that the command line writes too. And the signature of an
+//! effect in a log, for its page.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use serde_json::Value;
+use serde::Deserialize;
+use serde_json::{Value, json};
 
 use super::jobs::{CANCELLED, Job, message};
 use super::parts::Panel;
+use super::stage::Stage;
 use crate::files;
 use crate::identify::deadline::Deadline;
-use crate::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
+use crate::identify::evaluation::{Evaluated, Evaluation, ParameterTreatment, evaluate};
 use crate::identify::explain::{Criteria, ExplainError, Explanation, Verdict, explain_until};
 use crate::identify::explain_logs::read_for;
 use crate::identify::series::series;
-use crate::log::Log;
+use crate::log::{Column, Log};
 use crate::model::Model;
 use crate::report::{self, Comparison};
 
@@ -21,14 +25,22 @@ use crate::report::{self, Comparison};
 const TIME_LIMIT_S: f64 = 600.0;
 
 /// The command that does the same in a shell.
-pub fn command(kind: &str, log: &str, model: &str) -> String {
+///
+/// # Errors
+/// A name is not one of the session.
+pub fn command(panel: &Panel, kind: &str, log: &str, model: &str) -> Result<String, String> {
+    for name in [log, model] {
+        panel.session.existing(name).map_err(message)?;
+    }
     let out = if kind == "fit" { format!(" --out {model} --force") } else { String::new() };
-    format!("stand {kind} {log} --model {model}{out}")
+    Ok(format!("stand {kind} {log} --model {model}{out}"))
 }
 
-fn read(panel: &Panel, log: &str, model: &str) -> Result<(Log, Model), String> {
+fn read(panel: &Panel, log: &str, model: &str, job: &Job) -> Result<(Log, Model), String> {
+    job.stage(Stage::Reading, None);
     let model = Model::read(panel.session.existing(model).map_err(message)?).map_err(message)?;
-    let mut log = read_for(&panel.session.existing(log).map_err(message)?, &model).map_err(message)?;
+    let (path, read_model) = (panel.session.existing(log).map_err(message)?, model.clone());
+    let mut log = job.while_reading(move || read_for(&path, &read_model))?.map_err(message)?;
     log.even_out_times();
     Ok((log, model))
 }
@@ -55,8 +67,8 @@ fn bad_log(log: &Log, findings: &[crate::log::plausible::Defect]) -> String {
 /// # Errors
 /// In words.
 pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool, job: &Job) -> Result<String, String> {
-    job.stage(if fits { "fitting" } else { "simulating" }, None);
-    let (log, model) = read(panel, log_name, model_name)?;
+    let (log, model) = read(panel, log_name, model_name, job)?;
+    job.stage(if fits { Stage::Fitting } else { Stage::Simulating }, None);
     let treatment = if fits { ParameterTreatment::Fitted } else { ParameterTreatment::Kept };
     let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
     let evaluated = match evaluate(&log, &model, treatment, deadline).map_err(message)? {
@@ -87,12 +99,97 @@ pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool,
     if fits {
         write_values(panel, model_name, &model, &evaluated.result)?;
     }
-    let sentences: Vec<String> = comparison.misfits.iter().map(|misfit| report::misfit(log.axis(), misfit)).collect();
     describe(&mut json, log_name, model_name, &answer, &model);
-    json["sentences"] = sentences.into();
     json["profiles"] = report::profiles_json(&log, &evaluated.data, &evaluated.result);
     write_json(&panel.session.new_file(&answer).map_err(message)?, &json)?;
     Ok(answer)
+}
+
+/// An effect whose signature in a log is asked for.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SignatureRequest {
+    log: String,
+    model: String,
+    effect: String,
+    /// Values at which its fit starts.
+    #[serde(default)]
+    parameters: BTreeMap<String, f64>,
+}
+
+impl SignatureRequest {
+    /// No command of the shell does the same: a comment in the list of commands.
+    ///
+    /// # Errors
+    /// A name is not one of the session or of the catalogue.
+    pub fn command(&self, panel: &Panel) -> Result<String, String> {
+        for name in [&self.log, &self.model] {
+            panel.session.existing(name).map_err(message)?;
+        }
+        let is_known = drive_model::card(self.effect.split('#').next().unwrap_or_default()).is_some();
+        if !is_known || !self.effect.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '#')) {
+            return Err(format!("{}: no effect of the catalogue", self.effect.escape_default()));
+        }
+        Ok(format!("# signature of {} in {}, beside {}", self.effect, self.log, self.model))
+    }
+}
+
+/// The signature of an effect in a log: the model is fitted without and with it, and the difference of the two is what the effect explains of the residual. The
+/// files are unchanged. The name of the answer.
+///
+/// # Errors
+/// In words.
+pub fn signature(panel: &Arc<Panel>, request: &SignatureRequest, job: &Job) -> Result<String, String> {
+    let SignatureRequest { log: log_name, model: model_name, effect, parameters } = request;
+    let (log, mut without) = read(panel, log_name, model_name, job)?;
+    let mut with = without.clone();
+    if without.effect_names().contains(effect) {
+        without.remove(effect).map_err(message)?;
+    } else {
+        with.add(effect).map_err(message)?;
+        with.set_all(parameters.iter().map(|(name, value)| (name.as_str(), *value))).map_err(message)?;
+    }
+    job.stage(Stage::Fitting, None);
+    let before = fitted(&log, &without, job)?;
+    job.stage(Stage::FittingWith { effect: effect.clone() }, None);
+    let after = fitted(&log, &with, job)?;
+    let rows = series(&log, &before.data, &before.result).map_err(message)?;
+    let with_rows = series(&log, &after.data, &after.result).map_err(message)?;
+    if rows.t_s() != with_rows.t_s() {
+        return Err(format!("{effect}: the model with it does not describe all rows of {log_name} that the model without it describes"));
+    }
+    let modelled = |column: &&Column| column.name.ends_with("_model");
+    let predicted = with_rows
+        .columns()
+        .iter()
+        .filter(modelled)
+        .map(|column| Column { name: format!("{}_with", column.name), values: column.values.clone() });
+    let columns = rows.columns().iter().cloned().chain(predicted).collect();
+    let all = Log::new(rows.path(), columns, rows.notes().clone()).map_err(message)?;
+    let answer = panel.session.free_name("signature", "json");
+    all.write(panel.session.new_file(&series_name(&answer)).map_err(message)?).map_err(message)?;
+    let mut json = json!({
+        "effect": effect,
+        "coordinate": drive_model::card(effect.split('#').next().unwrap_or_default()).map(|card| card.coordinate.name()),
+        "profiles": report::profiles_json(&log, &before.data, &before.result),
+        "profiles_with": report::profiles_json(&log, &after.data, &after.result),
+    });
+    describe(&mut json, log_name, model_name, &answer, &without);
+    write_json(&panel.session.new_file(&answer).map_err(message)?, &json)?;
+    Ok(answer)
+}
+
+/// A fit that has converged.
+fn fitted<'a>(log: &'a Log, model: &Model, job: &Job) -> Result<Evaluated<'a>, String> {
+    let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
+    let evaluated = match evaluate(log, model, ParameterTreatment::Fitted, deadline).map_err(message)? {
+        Evaluation::ImplausibleLog(findings) => return Err(bad_log(log, &findings)),
+        Evaluation::Evaluated(evaluated) => *evaluated,
+    };
+    if job.is_cancelled() {
+        return Err("cancelled".to_owned());
+    }
+    Ok(evaluated)
 }
 
 /// What the answer belongs to, for the staircase and the plots.
@@ -120,10 +217,9 @@ fn write_values(panel: &Panel, name: &str, model: &Model, fit: &crate::identify:
 /// # Errors
 /// In words.
 pub fn explain(panel: &Arc<Panel>, log_name: &str, model_name: &str, job: &Job) -> Result<String, String> {
-    job.stage("reading", None);
-    let (log, model) = read(panel, log_name, model_name)?;
+    let (log, model) = read(panel, log_name, model_name, job)?;
     let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
-    let progress = |stage: &crate::identify::explain::Progress| job.stage(&report::explanation::sentences::progress(stage), None);
+    let progress = |stage: &crate::identify::explain::Progress| job.stage(stage.into(), None);
     let explanation: Explanation = match explain_until(deadline, Criteria::default(), vec![log], &model, &progress) {
         Ok(explanation) => explanation,
         Err(ExplainError::BadLog { log, findings }) => return Err(bad_log(&log, &findings)),

@@ -15,9 +15,10 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use stand_firmware::profile::{PARAMETERS, ProfileKind};
 
-use super::analysis;
+use super::analysis::{self, SignatureRequest};
 use super::control::ClientId;
 use super::line::LineError;
+use super::measure;
 use super::measure_routes;
 use super::parts::Panel;
 use super::recording::{self, RecordRequest};
@@ -49,6 +50,7 @@ pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
         .route("/cancel", post(cancel))
         .route("/compare", post(compare))
         .route("/explain", post(explain))
+        .route("/signature", post(signature))
         .route("/answer", get(answer))
         .route("/log", get(log))
         .route("/model", get(model).post(edit_model))
@@ -67,16 +69,27 @@ async fn session(_: Admitted, State(panel): Shared) -> Answer {
     blocking(move || {
         let session = &panel.session;
         let answers = session.files(&[".json"]);
+        // The one that runs is not interrupted.
+        let job = panel.jobs.state();
+        let is_calibrating = job.is_running && job.kind == "calibrate";
+        let interrupted = if is_calibrating { Vec::new() } else { measure::interrupted(session) };
         Ok(Json(json!({
             "folder": session.folder(), "logs": session.logs(), "models": session.models(), "answers": answers,
-            "max_upload_bytes": import::MAX_UPLOAD, "log_endings": ENDINGS
+            "interrupted": interrupted, "max_upload_bytes": import::MAX_UPLOAD, "log_endings": ENDINGS
         })))
     })
     .await
 }
 
-async fn stop(_: Admitted, State(panel): Shared) -> Answer {
-    panel.stop("STOP on a page");
+#[derive(Deserialize)]
+struct StopRequest {
+    /// Number of the press.
+    press: u64,
+}
+
+/// A body that is not understood does not keep a stop from stopping.
+async fn stop(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
+    panel.press_stop(serde_json::from_slice::<StopRequest>(&body).ok().map(|request| request.press));
     Ok(Json(json!({})))
 }
 
@@ -93,7 +106,7 @@ async fn command(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
         let line = request.line.trim();
         check_line(line)?;
         if line.eq_ignore_ascii_case("STOP") {
-            panel.stop("STOP on a page");
+            panel.press_stop(None);
             return Ok(Json(json!({"replies": [], "errors": []})));
         }
         if panel.jobs.has_stream() && drives(line) && !BESIDE_A_JOB.iter().any(|allowed| line.eq_ignore_ascii_case(allowed)) {
@@ -144,14 +157,20 @@ struct AnalysisRequest {
 async fn compare(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: AnalysisRequest = parsed(&body)?;
     let kind = if request.fit { "fit" } else { "compare" };
-    let command = analysis::command(kind, &request.log, &request.model);
+    let command = analysis::command(&panel, kind, &request.log, &request.model)?;
     start_job(&panel, kind, &command, false, move |panel, job| analysis::compare(panel, &request.log, &request.model, request.fit, job))
 }
 
 async fn explain(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: AnalysisRequest = parsed(&body)?;
-    let command = analysis::command("explain", &request.log, &request.model);
+    let command = analysis::command(&panel, "explain", &request.log, &request.model)?;
     start_job(&panel, "explain", &command, false, move |panel, job| analysis::explain(panel, &request.log, &request.model, job))
+}
+
+async fn signature(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
+    let request: SignatureRequest = parsed(&body)?;
+    let command = request.command(&panel)?;
+    start_job(&panel, "signature", &command, false, move |panel, job| analysis::signature(panel, &request, job))
 }
 
 async fn answer(_: Admitted, State(panel): Shared, Query(Name { name }): Query<Name>) -> Answer {

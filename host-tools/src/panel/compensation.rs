@@ -13,6 +13,7 @@ use super::connection::PanelConnection;
 use super::control::ClientId;
 use super::jobs::{CANCELLED, Job};
 use super::parts::Panel;
+use super::stage::Stage;
 use crate::acquire::link::REPLY_TIMEOUT;
 use crate::acquire::settings;
 use crate::compensate::serial_stand::{InForce, Writing, commands, measure, settings_of, write_model};
@@ -67,7 +68,7 @@ impl CompensateRequest {
 /// # Errors
 /// In words.
 pub fn run(panel: &Arc<Panel>, request: &CompensateRequest, job: &Job) -> Result<String, String> {
-    job.stage("reading the settings of the stand", None);
+    job.stage(Stage::ReadingSettings, None);
     let stops = panel.line.stops();
     let mut stand = PanelConnection::new(panel.line.clone(), request.client);
     let before = block_on(settings_of(&mut stand)).map_err(|error| error.to_string())?.settings.compensation;
@@ -98,12 +99,12 @@ fn compensate(panel: &Panel, stand: &mut PanelConnection, request: &CompensateRe
         Some(model) => {
             let model = Model::read(path(model)?).map_err(|error| error.to_string())?;
             let log = request.log.as_ref().map(|name| Log::read(path(name)?).map_err(|error| error.to_string())).transpose()?;
-            job.stage("the platform turns twice with the previous and twice with the new compensation", None);
+            job.stage(Stage::TurningTwice, None);
             block_on(write_model(stand, &model, log.as_ref(), writing))
         }
         None => {
-            job.stage("the stand measures its cogging", None);
-            block_on(measure(stand, writing, |progress| job.stage(&format!("the stand measures its cogging, {progress}"), None)))
+            job.stage(Stage::MeasuringCogging { progress: String::new() }, None);
+            block_on(measure(stand, writing, |progress| job.stage(Stage::MeasuringCogging { progress: progress.to_owned() }, None)))
         }
     };
     result.map_err(|error| error.to_string())

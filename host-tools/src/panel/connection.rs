@@ -1,16 +1,22 @@
 //! The line of the panel as a [`StandConnection`], for the recordings and sessions of [`crate::acquire`].
 
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use stand_firmware::telemetry::RowFrame;
 
 use super::control::ClientId;
+use super::jobs::CANCELLED;
 use super::line::{Line, LineError};
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::link::{LineLosses, LinkError, REPLY_TIMEOUT, Reply, drives};
 
-/// A connection of one client. A stop ends it: every later call fails. Where it has driven, the drive is off at its end, whatever that is.
+/// Interval between looks at the switch that cancels.
+const CANCEL_INTERVAL: Duration = Duration::from_millis(50);
+
+/// A connection of one client. A stop ends it: every later call fails. A cancelled job waits no longer, but can still send what ends its work. Where it has
+/// driven, the drive is off at its end, whatever that is.
 pub struct PanelConnection {
     line: Line,
     client: ClientId,
@@ -79,11 +85,18 @@ impl StandConnection for PanelConnection {
     }
 
     async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError> {
+        let is_cancelled = || CANCELLED.load(Ordering::Relaxed);
+        if is_cancelled() {
+            return Err(ConnectionError::Interrupted);
+        }
         let until = Instant::now() + Duration::from_secs_f64(seconds);
         let mut rows = Vec::new();
         loop {
-            match self.rows.recv_timeout(until.saturating_duration_since(Instant::now())) {
+            let left = until.saturating_duration_since(Instant::now());
+            // While a stream runs, rows come without a break: a wait with a stream is short by itself.
+            match self.rows.recv_timeout(left.min(CANCEL_INTERVAL)) {
                 Ok(row) => rows.push(row),
+                Err(RecvTimeoutError::Timeout) if left > CANCEL_INTERVAL && !is_cancelled() => {}
                 // Rows until a stop belong to the log.
                 Err(RecvTimeoutError::Timeout) if rows.is_empty() => return self.check().map(|()| rows),
                 Err(RecvTimeoutError::Timeout) => return Ok(rows),

@@ -4,18 +4,20 @@
 //! [`CANCELLED`], which its deadline watches.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use serde::Serialize;
 
 use super::lock::locked;
+use super::stage::{Request, Stage};
 
 /// Ends the computation that runs. Static, as [`crate::identify::deadline::Deadline`] requires; there is one panel in a process and one job in a panel.
 pub static CANCELLED: AtomicBool = AtomicBool::new(false);
 
-/// Interval between looks for the reply of a person.
-const REPLY_INTERVAL: Duration = Duration::from_millis(50);
+/// Interval between looks at the switch that cancels, and for the reply of a person.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// An error as the line of text that the page shows.
 pub fn message(error: impl std::fmt::Display) -> String {
@@ -33,16 +35,18 @@ pub struct JobState {
     pub is_running: bool,
     /// It has the stand: its commands and its stream are the job's.
     pub uses_stand: bool,
-    /// Stage in words.
-    pub stage: String,
+    /// Present stage.
+    pub stage: Stage,
     /// Number of the step of a session, from 1; 0: none.
     pub step: usize,
     /// What the person at the page is asked to do, before the job goes on; empty: nothing.
-    pub asks: String,
+    pub asks: Vec<Request>,
     /// Completed fraction, 0 … 1; `None`: unknown.
     pub fraction: Option<f64>,
     /// Why it failed; empty: it did not.
     pub error: String,
+    /// It failed because it was cancelled.
+    pub is_cancelled: bool,
     /// Name of its answer in the session; empty: none.
     pub answer: String,
 }
@@ -62,8 +66,8 @@ pub struct Job(Jobs);
 
 impl Job {
     /// Shows the stage.
-    pub fn stage(&self, stage: &str, fraction: Option<f64>) {
-        self.0.change(|state| (state.stage, state.fraction) = (stage.to_owned(), fraction));
+    pub fn stage(&self, stage: Stage, fraction: Option<f64>) {
+        self.0.change(|state| (state.stage, state.fraction) = (stage, fraction));
     }
 
     /// Shows the step of a session.
@@ -72,18 +76,35 @@ impl Job {
     }
 
     /// Asks the person at the page to do something and waits for the reply; `None`: the job was cancelled, or the stand stopped.
-    pub fn ask(&self, instruction: &str, is_stopped: impl Fn() -> bool) -> Option<String> {
+    pub fn ask(&self, requests: Vec<Request>, is_stopped: impl Fn() -> bool) -> Option<String> {
         locked(&self.0.reply).take();
-        self.0.change(|state| state.asks = instruction.to_owned());
+        self.0.change(|state| state.asks = requests);
         let reply = loop {
             let reply = locked(&self.0.reply).take();
             if reply.is_some() || self.is_cancelled() || is_stopped() {
                 break reply;
             }
-            std::thread::sleep(REPLY_INTERVAL);
+            std::thread::sleep(POLL_INTERVAL);
         };
         self.0.change(|state| state.asks.clear());
         reply
+    }
+
+    /// Runs what reads files, which no switch ends: when the job is cancelled, the thread that reads is left to its end and its result is dropped.
+    ///
+    /// # Errors
+    /// The job is cancelled, or the system has no thread.
+    pub fn while_reading<T: Send + 'static>(&self, read: impl FnOnce() -> T + Send + 'static) -> Result<T, String> {
+        let (done, result) = mpsc::channel();
+        std::thread::Builder::new().name("reading".to_owned()).spawn(move || drop(done.send(read()))).map_err(message)?;
+        loop {
+            match result.recv_timeout(POLL_INTERVAL) {
+                Ok(result) => return Ok(result),
+                Err(RecvTimeoutError::Timeout) if self.is_cancelled() => return Err("cancelled".to_owned()),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Err("the file could not be read: internal error".to_owned()),
+            }
+        }
     }
 
     /// It has been cancelled.
@@ -139,7 +160,7 @@ impl Jobs {
                 state.is_running = false;
                 match result {
                     Ok(answer) => state.answer = answer,
-                    Err(error) => state.error = error,
+                    Err(error) => (state.error, state.is_cancelled) = (error, job.is_cancelled()),
                 }
             });
         };

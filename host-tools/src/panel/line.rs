@@ -17,6 +17,7 @@ use stand_firmware::telemetry::RowFrame;
 
 use super::control::{ClientId, Control, ControlError};
 use super::lock::locked;
+use super::stage::StopReason;
 use crate::acquire::link::{
     END_QUERY, Exchange, ExchangeStep, LineLosses, LinkError, MAX_ATTEMPTS, MAX_LINE, Port, REPLY_TIMEOUT, Received, Receiver, Reply,
     SerialLink, drives, with_checksum,
@@ -64,8 +65,8 @@ pub struct DriveState {
     pub fault: String,
     /// Why the line is down; empty: it is up.
     pub line_error: String,
-    /// Why the panel stopped the drive last; empty: it did not.
-    pub stopped_because: String,
+    /// Why the panel stopped the drive last; `None`: it did not.
+    pub stopped_because: Option<StopReason>,
 }
 
 /// Receives what arrives: rows, and the state of the drive after each change.
@@ -90,7 +91,7 @@ struct Shared {
     stop: AtomicBool,
     ends: AtomicBool,
     stops: AtomicU64,
-    reason: Mutex<String>,
+    reason: Mutex<Option<StopReason>>,
     control: Mutex<Control>,
     losses: Mutex<LineLosses>,
     taps: Mutex<Vec<Sender<RowFrame>>>,
@@ -134,8 +135,8 @@ impl Line {
     }
 
     /// Puts 0x18 on the wire ahead of all waiting lines, and revokes the control. `reason` is shown.
-    pub fn stop(&self, reason: &str) {
-        *locked(&self.shared.reason) = reason.to_owned();
+    pub fn stop(&self, reason: StopReason) {
+        *locked(&self.shared.reason) = Some(reason);
         locked(&self.shared.control).revoke();
         self.shared.stop.store(true, Ordering::SeqCst);
     }
@@ -264,7 +265,7 @@ impl Owner {
     fn turn(&mut self) -> Result<(), LinkError> {
         let now = Instant::now();
         if locked(&self.shared.control).expire(now) {
-            *locked(&self.shared.reason) = "the page that drives was silent for a second".to_owned();
+            *locked(&self.shared.reason) = Some(StopReason::Silent);
             self.shared.stop.store(true, Ordering::SeqCst);
         }
         if self.shared.stop.swap(false, Ordering::SeqCst) {
@@ -299,7 +300,7 @@ impl Owner {
         self.poll = None;
         self.driven_since_poll = true;
         self.polled_at = Instant::now() - POLL_INTERVAL;
-        let reason = locked(&self.shared.reason).clone();
+        let reason = *locked(&self.shared.reason);
         self.change(|state| state.stopped_because = reason);
         Ok(())
     }
@@ -438,6 +439,8 @@ impl Owner {
             (state.is_on, state.mode, state.limits) = (is_on, mode, limits);
             state.line_error.clear();
             state.fault = if fault.starts_with("0,") { String::new() } else { fault };
+            // The next fault may have another cause.
+            state.stopped_because = state.stopped_because.filter(|_| !state.fault.is_empty());
         });
         Ok(())
     }

@@ -3,26 +3,26 @@
 //! A drift and a calibration session run on the stand of the panel, or on the simulated stand in virtual time, as the commands do without `--port`.
 
 use std::path::Path;
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use embassy_futures::block_on;
 use hal_sim::gyro::{Orientation, SingleAxis};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::analysis::write_json;
 use super::connection::PanelConnection;
 use super::control::ClientId;
-use super::jobs::{Job, message};
+use super::jobs::{CANCELLED, Job, message};
 use super::line::Line;
 use super::parts::Panel;
-use super::session::quoted;
+use super::session::{Session, quoted};
+use super::stage::{Request, Stage};
 use crate::acquire::calibration_session::error::RunError;
 use crate::acquire::calibration_session::journal::{JOURNAL_FILE, write_atomically};
 use crate::acquire::calibration_session::run::{Operator, Progress, run_session};
 use crate::acquire::calibration_session::simulated::{simulate, stand_with_dut};
-use crate::acquire::calibration_session::{DutKind, Mounting, PreparedSession, SessionChanges};
+use crate::acquire::calibration_session::{DutKind, Instruction, Mounting, PreparedSession, SessionChanges};
 use crate::acquire::connection::StandConnection;
 use crate::acquire::drift_session::{self, CyclePlan, DriftSessionError, DriftSessionProgress, DriftSessionRequest, VisitOrder};
 use crate::allan::{Request as AllanDeviation, Taus};
@@ -32,6 +32,7 @@ use crate::drift::error::within;
 use crate::drift::inequality::check_amplitudes;
 use crate::drift::measurement::{Measurement, SetupUncertainties};
 use crate::files;
+use crate::identify::deadline::Deadline;
 use crate::report::json::value;
 use crate::report::units::Units;
 use crate::report::{allan as allan_report, calibration as calibration_report, drift as drift_report};
@@ -40,21 +41,9 @@ use crate::report::{allan as allan_report, calibration as calibration_report, dr
 const MAX_POSITIONS: usize = 24;
 /// Longest serial number or name of an operator, characters.
 const MAX_TEXT: usize = 100;
-/// Interval between looks at the switch that cancels.
-const CANCEL_INTERVAL: Duration = Duration::from_millis(50);
-
-/// Runs a computation that has no switch of its own. A cancelled one is abandoned: its thread ends by itself and its result is dropped.
-fn cancellable<T: Send + 'static>(job: &Job, work: impl FnOnce() -> T + Send + 'static) -> Result<T, String> {
-    let (done, result) = mpsc::channel();
-    std::thread::Builder::new().name("computation".to_owned()).spawn(move || drop(done.send(work()))).map_err(message)?;
-    loop {
-        match result.recv_timeout(CANCEL_INTERVAL) {
-            Ok(result) => return Ok(result),
-            Err(RecvTimeoutError::Timeout) if job.is_cancelled() => return Err("cancelled".to_owned()),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return Err("the analysis failed with an internal error".to_owned()),
-        }
-    }
+/// Ends a computation when its job is cancelled.
+fn cancelled() -> Deadline {
+    Deadline::NEVER.or_when(&CANCELLED)
 }
 
 /// Writes the answer and its report as `NAME.json` and `NAME.html`; the name of the first.
@@ -138,8 +127,11 @@ impl AllanRequest {
 /// # Errors
 /// In words.
 pub fn allan(panel: &Panel, prepared: Prepared<AllanDeviation>, job: &Job) -> Result<String, String> {
-    job.stage("computing the deviations", None);
-    let answer = cancellable(job, move || prepared.work.answer())?.map_err(message)?;
+    job.stage(Stage::Reading, None);
+    let request = prepared.work.clone();
+    let recorded = job.while_reading(move || request.read())?.map_err(message)?;
+    job.stage(Stage::Deviations, None);
+    let answer = prepared.work.analyse(recorded, cancelled()).map_err(message)?;
     let display = allan_report::Display::new(&answer, Units::default());
     let mut json = allan_report::json(&answer, &display);
     json["text"] = allan_report::text(&answer, &display).into();
@@ -247,8 +239,8 @@ impl DriftRequest {
 pub fn drift(panel: &Panel, prepared: &Prepared<PreparedDrift>, job: &Job) -> Result<String, String> {
     let PreparedDrift { client, place, request, latitude_deg, seed } = &prepared.work;
     let show = |DriftSessionProgress { visit, visits, position, state }: DriftSessionProgress| {
-        let stage = format!("visit {visit} of {visits}, position {position} {state}");
-        job.stage(&stage, Some((visit - 1) as f64 / visits as f64));
+        let stage = Stage::Visit { visit, visits, position, state: state.to_owned() };
+        job.stage(stage, Some((visit - 1) as f64 / visits as f64));
         !job.is_cancelled()
     };
     let (recording, source, latitude_deg) = match place {
@@ -264,7 +256,8 @@ pub fn drift(panel: &Panel, prepared: &Prepared<PreparedDrift>, job: &Job) -> Re
                 let turned = crate::report::plain(place.turned_rad.to_degrees(), 6);
                 // Rows of the turning belong to no position.
                 stand.command("STReam OFF").await?;
-                let asked = job.ask(&format!("Turn the gyroscope to {turned}° and level it."), || panel.line.stops() != stops);
+                let asked =
+                    job.ask(vec![Request::TurnGyroscope { turned_deg: place.turned_rad.to_degrees() }], || panel.line.stops() != stops);
                 asked.ok_or_else(|| DriftSessionError::NotTurned(format!("the position {turned}° was not confirmed")))?;
                 stand.reset_losses();
                 Ok(stand.command("STReam ON").await?)
@@ -273,15 +266,12 @@ pub fn drift(panel: &Panel, prepared: &Prepared<PreparedDrift>, job: &Job) -> Re
         }
     };
     let recording = recording.map_err(message)?;
-    job.stage("computing the drift", None);
+    job.stage(Stage::Drift, None);
     let path = panel.session.new_file(&format!("{}.parquet", prepared.name)).map_err(message)?;
     // The rows are kept also where no drift can be computed from them; that reason is the first to be shown.
     let kept = recording.log(&path, &request.plan, latitude_deg).and_then(|log| log.write(&path));
-    let evaluate = move || {
-        let measurement = Measurement::of_recording(source, &recording, latitude_deg, SetupUncertainties::default())?;
-        measurement.evaluate()
-    };
-    let result = cancellable(job, evaluate)?.map_err(message)?;
+    let measurement = Measurement::of_recording(source, &recording, latitude_deg, SetupUncertainties::default()).map_err(message)?;
+    let result = measurement.evaluate_until(cancelled()).map_err(message)?;
     kept.map_err(message)?;
     let mut json = drift_report::json(&result, Units::default());
     json["text"] = drift_report::text(&result, Units::default()).into();
@@ -335,6 +325,72 @@ impl CalibrateRequest {
     }
 }
 
+/// An interrupted calibration session.
+#[derive(Debug, Clone, Serialize)]
+pub struct InterruptedSession {
+    /// Its folder.
+    name: String,
+    kind: DutKind,
+    serial: String,
+    /// Steps that are done.
+    done: usize,
+    /// Names and durations of all steps, s.
+    steps: Vec<(String, f64)>,
+    /// It was begun on a simulated stand.
+    is_simulated: bool,
+}
+
+/// The calibration sessions of the folder that can be continued.
+pub fn interrupted(session: &Session) -> Vec<InterruptedSession> {
+    let of = |name: String| {
+        let PreparedSession { session, begun, .. } = PreparedSession::resume(&session.folder().join(&name)).ok()?;
+        let journal = begun?;
+        let steps: Vec<(String, f64)> = session.steps.iter().map(|step| (step.name.clone(), step.seconds)).collect();
+        (journal.steps.len() < steps.len()).then(|| InterruptedSession {
+            name,
+            kind: session.dut_kind,
+            serial: session.serial,
+            done: journal.steps.len(),
+            steps,
+            is_simulated: journal.simulated_seed.is_some(),
+        })
+    };
+    session.folders().into_iter().filter_map(of).collect()
+}
+
+/// An interrupted calibration session to be continued.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResumeRequest {
+    client: ClientId,
+    /// Its folder.
+    name: String,
+}
+
+impl ResumeRequest {
+    /// Checks the request. A session goes on where it was begun: on the stand of the panel, or on the simulated one of its seed.
+    ///
+    /// # Errors
+    /// In words.
+    pub fn prepare(self, panel: &Panel) -> Result<Prepared<PreparedCalibration>, String> {
+        let Self { client, name } = self;
+        let found = interrupted(&panel.session).into_iter().find(|interrupted| interrupted.name == name);
+        let found = found.ok_or_else(|| format!("`{}`: no interrupted calibration session of this folder", name.escape_default()))?;
+        let session = PreparedSession::resume(&panel.session.folder().join(&name)).map_err(message)?;
+        let seed = session.begun.as_ref().and_then(|journal| journal.simulated_seed);
+        let place = if found.is_simulated { Place::Simulated } else { Place::Stand };
+        place.check(panel, client)?;
+        let of_seed = seed.map_or(String::new(), |seed| format!(" --seed {seed}"));
+        let command = format!(
+            "stand calibrate {}{} --out {name} --resume{of_seed} --json {name}.json --html {name}.html",
+            found.kind.name(),
+            place.option(panel)
+        );
+        let work = PreparedCalibration { client, place, session, seed: seed.unwrap_or_default() };
+        Ok(Prepared { command, uses_stand: place == Place::Stand, name, work })
+    }
+}
+
 /// The person at the page mounts the device.
 struct PageOperator<'a> {
     job: &'a Job,
@@ -344,8 +400,8 @@ struct PageOperator<'a> {
 }
 
 impl Operator for PageOperator<'_> {
-    fn perform(&mut self, instruction: &str, _: &Mounting, _: f64) -> Option<String> {
-        self.job.ask(instruction, || self.line.stops() != self.stops)
+    fn perform(&mut self, instruction: &Instruction, _: &Mounting, _: f64) -> Option<String> {
+        self.job.ask(instruction.0.iter().cloned().map(Request::Session).collect(), || self.line.stops() != self.stops)
     }
 }
 
@@ -359,13 +415,14 @@ pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &
     let seconds = session.session.seconds();
     let on_progress = |p: Progress| {
         let (minutes, rest) = ((p.left_s / 60.0) as u64, p.left_s as u64 % 60);
-        let stage = format!("{} of {} {}, {minutes}:{rest:02} left, {:+.3} rad/s", p.number, p.of, p.step, p.rate_rad_s);
-        job.stage(&stage, Some((1.0 - p.left_s / seconds).clamp(0.0, 1.0)));
+        let (step, left) = (p.step.to_owned(), format!("{minutes}:{rest:02}"));
+        let stage = Stage::Step { number: p.number, of: p.of, step, left, rate_rad_s: p.rate_rad_s };
+        job.stage(stage, Some((1.0 - p.left_s / seconds).clamp(0.0, 1.0)));
         job.step(p.number);
         !job.is_cancelled()
     };
     let done = match place {
-        Place::Simulated => simulate(&stand_with_dut(None, *seed, &session.session), *seed, session, &folder, on_progress),
+        Place::Simulated => simulate(&stand_with_dut(None, *seed, &session.session), *seed, session, &folder, cancelled(), on_progress),
         Place::Stand => {
             let mut stand = PanelConnection::new(panel.line.clone(), *client);
             block_on(run_session(
@@ -378,9 +435,8 @@ pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &
         }
     };
     done.map_err(|error| ended_early(&folder, &prepared.name, &error))?;
-    job.stage("computing the record", None);
-    let computed = folder.clone();
-    let record = cancellable(job, move || record::compute(&computed))?.map_err(|error| match error {
+    job.stage(Stage::Record, None);
+    let record = record::compute_until(&folder, cancelled()).map_err(|error| match error {
         RecordError::Calibrate(error) => calibration_report::calibrate_error(&error),
         other => other.to_string(),
     })?;
@@ -392,6 +448,8 @@ pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &
     write_atomically(&folder.join("record.html"), &html).map_err(message)?;
     json["text"] = calibration_report::text(&calibration_report::displayed_record(&stored, &Units::default())).into();
     json["folder"] = prepared.name.clone().into();
+    json["absent"] = value(&record.findings.absent);
+    json["remarks"] = value(&record.findings.remarks);
     write_answer(panel, &prepared.name, &json, &html)
 }
 

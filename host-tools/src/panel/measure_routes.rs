@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::compensation::{self, CompensateRequest};
-use super::measure::{self, AllanRequest, CalibrateRequest, DriftRequest};
+use super::measure::{self, AllanRequest, CalibrateRequest, DriftRequest, Prepared, PreparedCalibration, ResumeRequest};
 use super::parts::Panel;
 use super::request::{Admitted, Answer, Name, Shared, blocking, parsed, start_job};
 use crate::acquire::calibration_session::DutKind;
@@ -28,6 +28,7 @@ pub fn routes() -> Router<Arc<Panel>> {
         .route("/allan", post(allan))
         .route("/drift", post(drift))
         .route("/calibrate", post(calibrate))
+        .route("/resume", post(resume))
         .route("/steps", get(steps))
         .route("/columns", get(columns))
         .route("/pictures", get(pictures))
@@ -62,8 +63,15 @@ async fn drift(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
 }
 
 async fn calibrate(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
-    let prepared = parsed::<CalibrateRequest>(&body)?.prepare(&panel)?;
-    start_job(&panel, "calibrate", &prepared.command.clone(), prepared.uses_stand, move |panel, job| {
+    start_calibration(&panel, parsed::<CalibrateRequest>(&body)?.prepare(&panel)?)
+}
+
+async fn resume(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
+    start_calibration(&panel, parsed::<ResumeRequest>(&body)?.prepare(&panel)?)
+}
+
+fn start_calibration(panel: &Arc<Panel>, prepared: Prepared<PreparedCalibration>) -> Answer {
+    start_job(panel, "calibrate", &prepared.command.clone(), prepared.uses_stand, move |panel, job| {
         measure::calibrate(panel, &prepared, job)
     })
 }

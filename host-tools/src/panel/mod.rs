@@ -29,10 +29,11 @@ mod session;
 #[cfg(unix)]
 mod simulated;
 mod socket;
+mod stage;
 mod stream;
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use crate::acquire::link::LinkError;
 use hub::{Hub, HubObserver};
@@ -83,7 +84,16 @@ pub fn serve(port: &Path, folder: &Path, listen: u16, ready: impl FnOnce(&str), 
     });
     let streaming = stream::keep(line.clone(), jobs.clone());
     let gate = server.gate();
-    let panel = Arc::new(Panel { line: line.clone(), hub, session, jobs, gate, next_client: 1.into(), clients: 0.into() });
+    let panel = Arc::new(Panel {
+        line: line.clone(),
+        hub,
+        session,
+        jobs,
+        gate,
+        next_client: 1.into(),
+        clients: 0.into(),
+        presses: Mutex::default(),
+    });
     ready(&server.address().map_err(PanelError::Serve)?);
     let served = server.serve(panel, ends);
     streaming.end();

@@ -15,6 +15,7 @@ use super::connection::PanelConnection;
 use super::control::ClientId;
 use super::jobs::Job;
 use super::parts::Panel;
+use super::stage::Stage;
 use crate::acquire::profile_recording::{ProfileRecordingRequest, early_end, record_profile};
 use crate::acquire::recording::{RecordingMonitor, RecordingProgress};
 use crate::log::Notes;
@@ -110,8 +111,8 @@ struct Monitor<'a> {
 
 impl RecordingMonitor for Monitor<'_> {
     fn progress(&mut self, progress: RecordingProgress) -> bool {
-        let stage = format!("{:.1} of {} s, {:+.2} rad/s", progress.at_s, self.seconds, progress.rate_rad_s);
-        self.job.stage(&stage, Some((progress.at_s / self.seconds).clamp(0.0, 1.0)));
+        let stage = Stage::Recording { at_s: progress.at_s, seconds: self.seconds, rate_rad_s: progress.rate_rad_s };
+        self.job.stage(stage, Some((progress.at_s / self.seconds).clamp(0.0, 1.0)));
         !self.job.is_cancelled()
     }
 }
@@ -130,7 +131,7 @@ pub fn run(panel: &Arc<Panel>, prepared: &PreparedRecording, job: &Job) -> Resul
 }
 
 fn record(panel: &Arc<Panel>, prepared: &PreparedRecording, job: &Job) -> Result<String, String> {
-    job.stage("preparing the stand", None);
+    job.stage(Stage::Preparing, None);
     let path = panel.session.new_file(&prepared.log).map_err(|error| error.to_string())?;
     let request = ProfileRecordingRequest {
         mode: prepared.mode,

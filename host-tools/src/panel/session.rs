@@ -102,6 +102,16 @@ impl Session {
         if path.is_file() { Ok(path) } else { Err(SessionError::Absent(name.to_owned())) }
     }
 
+    /// Names of the folders in the session, by name; links are not among them.
+    pub fn folders(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let is_folder =
+            |name: &String| self.new_file(name).is_ok() && self.folder.join(name).symlink_metadata().is_ok_and(|data| data.is_dir());
+        let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).filter(is_folder).collect();
+        names.sort_by_cached_key(|name| numbered(name));
+        names
+    }
+
     /// Path of a file that may be created or replaced.
     ///
     /// # Errors

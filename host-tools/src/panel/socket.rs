@@ -18,6 +18,7 @@ use super::hub::{MessageKind, json_message};
 use super::jobs::JobState;
 use super::line::DriveState;
 use super::parts::Panel;
+use super::stage::StopReason;
 
 /// Time for the first message.
 const TOKEN_TIMEOUT: Duration = Duration::from_secs(2);
@@ -34,7 +35,7 @@ mod page_message {
     pub const TAKE: u8 = 0x02;
     /// Give the control back: the button, a hidden tab, a page that closes.
     pub const LEAVE: u8 = 0x03;
-    /// Stop, as on the wire.
+    /// Stop, as on the wire; the number of the press may follow, eight bytes, little-endian.
     pub const STOP: u8 = 0x18;
 }
 
@@ -74,7 +75,7 @@ pub async fn serve(panel: Arc<Panel>, mut socket: WebSocket) {
     }
     let client = panel.next_client.fetch_add(1, Ordering::Relaxed);
     exchange(&panel, client, &mut socket).await;
-    panel.leave(client, "the page that drives was closed");
+    panel.leave(client, StopReason::Closed);
 }
 
 async fn exchange(panel: &Arc<Panel>, client: ClientId, socket: &mut WebSocket) {
@@ -98,7 +99,7 @@ async fn exchange(panel: &Arc<Panel>, client: ClientId, socket: &mut WebSocket) 
             biased;
             received = socket.recv() => match received {
                 Some(Ok(Message::Binary(bytes))) => {
-                    bytes.iter().for_each(|byte| handle_message(panel, client, *byte));
+                    handle_message(panel, client, &bytes);
                     None
                 }
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => None,
@@ -119,7 +120,16 @@ async fn exchange(panel: &Arc<Panel>, client: ClientId, socket: &mut WebSocket) 
     }
 }
 
-fn handle_message(panel: &Panel, client: ClientId, given: u8) {
+fn handle_message(panel: &Panel, client: ClientId, bytes: &[u8]) {
+    match bytes.split_first() {
+        Some((&page_message::STOP, press)) if press.len() == size_of::<u64>() => {
+            panel.press_stop(press.try_into().ok().map(u64::from_le_bytes));
+        }
+        _ => bytes.iter().for_each(|byte| handle_byte(panel, client, *byte)),
+    }
+}
+
+fn handle_byte(panel: &Panel, client: ClientId, given: u8) {
     let now = Instant::now();
     match given {
         page_message::BEAT => panel.line.control().beat(client, now),
@@ -127,8 +137,8 @@ fn handle_message(panel: &Panel, client: ClientId, given: u8) {
             // A refusal shows in the state: another client is the driver.
             let _ = panel.line.control().take(client, now);
         }
-        page_message::LEAVE => panel.leave(client, "the page that drives was hidden or gave up the control"),
-        page_message::STOP => panel.stop("STOP on a page"),
+        page_message::LEAVE => panel.leave(client, StopReason::Left),
+        page_message::STOP => panel.press_stop(None),
         _ => {}
     }
 }

@@ -43,7 +43,6 @@ pub use comparison::{Comparison, compare_json, fit_json, html as comparison_html
 pub use defects::defect;
 pub use explanation::{explain_bad_log_json, explain_html, explain_json, explain_text};
 pub use log_warning::log_warning;
-pub use misfits::sentence as misfit;
 pub use numbers::{grouped, p_statement, p_value, plain, significant, with_sigma};
 pub use terminal::{Style, sparkline};
 

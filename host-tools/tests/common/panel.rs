@@ -120,7 +120,11 @@ impl Page {
     }
 
     pub fn say(&mut self, word: u8) {
-        self.socket.send(Message::binary(vec![word])).unwrap();
+        self.say_bytes(&[word]);
+    }
+
+    pub fn say_bytes(&mut self, bytes: &[u8]) {
+        self.socket.send(Message::binary(bytes.to_vec())).unwrap();
     }
 
     /// Takes the messages of at most 20 ms.

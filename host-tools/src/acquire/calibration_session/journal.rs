@@ -52,6 +52,9 @@ pub struct Journal {
     pub began: String,
     /// Answer of the stand to `*IDN?`.
     pub stand: String,
+    /// Seed of the simulated stand; `None`: a real one, or a journal of an older version.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulated_seed: Option<u64>,
     /// Version of these tools.
     pub tools: String,
     /// The step being recorded.
@@ -133,6 +136,7 @@ impl Journal {
             dut_kind,
             began,
             stand,
+            simulated_seed: None,
             tools: env!("CARGO_PKG_VERSION").into(),
             current_step: None,
             steps: Vec::new(),
@@ -170,14 +174,19 @@ impl Journal {
 /// # Errors
 /// A log is missing, unreadable or changed.
 pub fn read_logs(steps: &[StepRecord], folder: &Path) -> Result<Vec<Step>, JournalError> {
-    let read = |step: &StepRecord| {
-        let path = folder.join(&step.log);
-        let found = sha256(&path)?;
-        if found != step.sha256 {
-            return Err(JournalError::Hash { path, found, recorded: step.sha256.clone() });
-        }
-        let log = Log::read(&path)?;
-        Ok(Step { name: step.name.clone(), log, mounting: step.mounting, added_inertia_kg_m2: step.added_inertia_kg_m2 })
-    };
-    steps.iter().map(read).collect()
+    steps.iter().map(|step| read_log(step, folder)).collect()
+}
+
+/// Reads the log of one step, checked against its SHA-256.
+///
+/// # Errors
+/// As [`read_logs`].
+pub fn read_log(step: &StepRecord, folder: &Path) -> Result<Step, JournalError> {
+    let path = folder.join(&step.log);
+    let found = sha256(&path)?;
+    if found != step.sha256 {
+        return Err(JournalError::Hash { path, found, recorded: step.sha256.clone() });
+    }
+    let log = Log::read(&path)?;
+    Ok(Step { name: step.name.clone(), log, mounting: step.mounting, added_inertia_kg_m2: step.added_inertia_kg_m2 })
 }

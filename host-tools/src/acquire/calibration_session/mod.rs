@@ -9,6 +9,7 @@ mod clock;
 pub mod device;
 pub mod drawn_dut;
 pub mod error;
+mod instruction;
 pub mod journal;
 mod notes;
 mod plan;
@@ -21,6 +22,7 @@ mod step;
 pub use check::check;
 pub use clock::{ClockReading, ClockReference};
 pub use device::{Assumptions, DutKind, EARTH_RAD_S, MeasuredCrystal, Mounting, Orientation, RESTART_NOTE, Step};
+pub use instruction::{Action, Instruction};
 pub use prepared::{PreparedSession, SessionChanges, default_folder};
 
 use serde::{Deserialize, Serialize};

@@ -13,6 +13,8 @@ pub struct PreparedSession {
     pub text: String,
     /// Journal of an interrupted session.
     pub begun: Option<Journal>,
+    /// Seed of the simulated stand, for the journal; `None`: a real one.
+    pub simulated_seed: Option<u64>,
 }
 
 /// Entries that replace those of a session file.
@@ -44,7 +46,7 @@ impl PreparedSession {
                 value.clone_into(entry);
             }
         }
-        Ok(Self { session, text: document.to_string(), begun: None })
+        Ok(Self { session, text: document.to_string(), begun: None, simulated_seed: None })
     }
 
     /// Reads the interrupted session of a folder.
@@ -53,7 +55,7 @@ impl PreparedSession {
     /// The folder has no session, or a file is invalid.
     pub fn resume(folder: &Path) -> Result<Self, JournalError> {
         let (journal, session) = Journal::read(folder)?;
-        Ok(Self { session, text: String::new(), begun: Some(journal) })
+        Ok(Self { session, text: String::new(), begun: Some(journal), simulated_seed: None })
     }
 }
 

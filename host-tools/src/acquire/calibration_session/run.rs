@@ -8,7 +8,7 @@ use super::check::{StandLimits, check};
 use super::error::RunError;
 use super::journal::{JOURNAL_FILE, Journal, JournalError, SESSION_FILE, StepRecord, sha256, write_atomically};
 use super::step::{RecordedStep, put_aside, record};
-use super::{Mounting, Orientation, PlanError, PreparedSession, Session};
+use super::{Instruction, Mounting, PlanError, PreparedSession, Session};
 use crate::acquire::connection::StandConnection;
 use crate::acquire::preparation::{is_rejected, latched_fault};
 use crate::log::timestamp;
@@ -18,7 +18,7 @@ use std::path::Path;
 pub trait Operator {
     /// Performs an instruction: `mounting` of the device under test, `added_kg_m2` of additional inertia on the platform. Returns the operator's answer,
     /// or `None` when the instruction was not carried out, which ends the session.
-    fn perform(&mut self, instruction: &str, mounting: &Mounting, added_kg_m2: f64) -> Option<String>;
+    fn perform(&mut self, instruction: &Instruction, mounting: &Mounting, added_kg_m2: f64) -> Option<String>;
 }
 
 /// Progress of a session.
@@ -76,7 +76,8 @@ pub async fn run_session(
     let mut journal = match &prepared.begun {
         Some(journal) => journal.clone(),
         None => {
-            let journal = Journal::new(session.dut_kind, stand.query("*IDN?").await?);
+            let mut journal = Journal::new(session.dut_kind, stand.query("*IDN?").await?);
+            journal.simulated_seed = prepared.simulated_seed;
             create_folder(folder, &prepared.text, &journal)?;
             journal
         }
@@ -136,13 +137,13 @@ async fn steps(
             continue;
         }
         let next = (mountings[k], plan.added_inertia_kg_m2.unwrap_or(0.0));
-        let instruction = match plan.instruction.clone().or_else(|| instruction(current, next)) {
-            Some(instruction) => {
-                let not_done = || RunError::NotDone { step: plan.name.clone(), instruction: instruction.clone() };
-                let answer = operator.perform(&instruction, &next.0, next.1).ok_or_else(not_done)?;
-                Some([instruction, answer])
-            }
-            None => None,
+        let wanted = Instruction::before(plan, current, next);
+        let instruction = if wanted.is_empty() {
+            None
+        } else {
+            let not_done = || RunError::NotDone { step: plan.name.clone(), instruction: wanted.to_string() };
+            let answer = operator.perform(&wanted, &next.0, next.1).ok_or_else(not_done)?;
+            Some([wanted.to_string(), answer])
         };
         current = next;
         let after_s: f64 = session.steps[k + 1..].iter().map(|s| s.seconds).sum();
@@ -179,27 +180,4 @@ async fn steps(
         journal.write(folder)?;
     }
     Ok(())
-}
-
-/// Instruction to the operator that leads from the current to the next mounting and added inertia; `None` where nothing changes.
-fn instruction(current: (Mounting, f64), next: (Mounting, f64)) -> Option<String> {
-    let mount = (current.0 != next.0).then(|| mounting_instruction(&next.0));
-    let load = (current.1 != next.1).then(|| match next.1 {
-        0.0 => "Remove the added inertia from the platform.".to_owned(),
-        added => format!("Put an inertia of {added} kg m² on the platform, centred on its axis."),
-    });
-    let all: Vec<String> = mount.into_iter().chain(load).collect();
-    (!all.is_empty()).then(|| all.join(" "))
-}
-
-fn mounting_instruction(m: &Mounting) -> String {
-    let orientation = match m.orientation {
-        Orientation::Flat => "its sensitive axis parallel to the platform's axis",
-        Orientation::Side => "on its side, its y along the platform's axis",
-        Orientation::OtherSide => "on its other side, its y opposite to the platform's axis",
-    };
-    format!(
-        "Mount the device at a radius of {} m, turned by {}°, {orientation}; tilt the stand by {}°.",
-        m.radius_m, m.turned_deg, m.tilt_deg
-    )
 }

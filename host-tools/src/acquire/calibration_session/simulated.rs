@@ -3,8 +3,9 @@
 use super::drawn_dut::{drawn_drive, drawn_sensor};
 use super::error::RunError;
 use super::run::{Operator, Progress, run_session};
-use super::{DutKind, Mounting, Orientation, PreparedSession, Session};
+use super::{DutKind, Instruction, Mounting, Orientation, PreparedSession, Session};
 use crate::acquire::connection::{SimulatedConnection, StandConnection};
+use crate::identify::deadline::Deadline;
 use hal_sim::board::PlantPort;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
@@ -30,17 +31,22 @@ pub fn stand_with_dut(stand: Option<Described>, seed: u64, session: &Session) ->
     stand
 }
 
-/// Runs a session on a simulated stand; `seed` determines all noise.
+/// Runs a session on a simulated stand; `seed` determines all noise. It ends early when `on_progress` returns false, or by the `deadline`.
 ///
 /// # Errors
-/// As [`run_session`]; an invalid stand.
+/// As [`run_session`]; an invalid stand; another seed than that of the interrupted session.
 pub fn simulate(
     stand: &Described,
     seed: u64,
     prepared: &PreparedSession,
     folder: &Path,
+    deadline: Deadline,
     on_progress: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
+    if let Some(begun) = prepared.begun.as_ref().and_then(|journal| journal.simulated_seed).filter(|begun| *begun != seed) {
+        return Err(RunError::Simulated(format!("the session was begun on the simulated stand of seed {begun}, not {seed}")));
+    }
+    let prepared = &PreparedSession { simulated_seed: Some(seed), ..prepared.clone() };
     // The seed also determines the angle at power-on, spread by the golden ratio.
     let plant = Plant::new(stand, (seed as f64 * 0.618_033_988_749_895).fract() * std::f64::consts::TAU)
         .map_err(|e| RunError::Simulated(e.to_string()))?;
@@ -48,14 +54,14 @@ pub fn simulate(
     let controller = Controller::new(&clock, &stand.setup(), plant, flash(seed), seed).map_err(|e| RunError::Simulated(e.to_string()))?;
     let done = RefCell::new(None);
     let host = async {
-        let mut line = SimulatedConnection::new(&controller);
+        let mut line = SimulatedConnection::new(&controller).until(deadline);
         // The device under test needs time after power-on.
         let ended = match line.wait_s(0.3).await {
             Ok(_) => {
                 let mut operator = SimulatedOperator::new(&controller, &prepared.session);
                 // A resumed session finds the device as the last step left it.
                 if let Some(last) = prepared.begun.as_ref().and_then(|journal| journal.steps.last()) {
-                    operator.perform("", &last.mounting, last.added_inertia_kg_m2.unwrap_or(0.0));
+                    operator.perform(&Instruction::default(), &last.mounting, last.added_inertia_kg_m2.unwrap_or(0.0));
                 }
                 run_session(&mut line, prepared, folder, &mut operator, on_progress).await
             }
@@ -82,7 +88,7 @@ impl<'h, 'c, P: PlantPort> SimulatedOperator<'h, 'c, P> {
 }
 
 impl<P: PlantPort> Operator for SimulatedOperator<'_, '_, P> {
-    fn perform(&mut self, _: &str, m: &Mounting, added_kg_m2: f64) -> Option<String> {
+    fn perform(&mut self, _: &Instruction, m: &Mounting, added_kg_m2: f64) -> Option<String> {
         let orientation = match m.orientation {
             Orientation::Flat => chip::SensorOrientation::Flat,
             Orientation::Side => chip::SensorOrientation::Side,

@@ -1,5 +1,6 @@
 use super::check::StandLimits;
 use super::*;
+use crate::identify::deadline::Deadline;
 
 #[test]
 fn default_sessions_are_valid() {
@@ -63,4 +64,34 @@ fn log_of_a_step_has_its_number_and_name() {
     let session = Session::parse(default_session(DutKind::Gyro)).unwrap();
     assert_eq!(session.steps[3].file(4), "04-turns-p.parquet");
     assert_eq!(session.steps[4].file(5), "05-turns-m.parquet");
+}
+
+#[test]
+fn deadline_ends_a_session_before_anything_is_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let prepared = PreparedSession::new(None, DutKind::Drive, SessionChanges::default()).unwrap();
+    let passed = Deadline::after_s(Some(0.0));
+    let ended = simulated::simulate(&simulated::stand_with_dut(None, 1, &prepared.session), 1, &prepared, folder.path(), passed, |_| true);
+    assert_eq!(ended.unwrap_err().to_string(), "interrupted by the user");
+    assert!(std::fs::read_dir(folder.path()).unwrap().all(|file| !file.unwrap().file_name().to_string_lossy().contains("parquet")));
+}
+
+#[test]
+fn instruction_leads_from_one_mounting_to_the_next() {
+    let plan = |text: &str| {
+        Session::parse(default_session(DutKind::Drive))
+            .map(|session| StepPlan { instruction: (!text.is_empty()).then(|| text.to_owned()), ..session.steps[0].clone() })
+            .unwrap()
+    };
+    let flat = Mounting::default();
+    let side = Mounting { orientation: Orientation::Side, radius_m: 0.1, ..flat };
+    let before = |text: &str, current, next| Instruction::before(&plan(text), current, next);
+    assert!(before("", (flat, 0.0), (flat, 0.0)).is_empty());
+    let both = before("", (flat, 0.0), (side, 2e-4));
+    assert_eq!(
+        both.to_string(),
+        "Mount the device at a radius of 0.1 m, turned by 0°, on its side, its y along the platform's axis; tilt the stand by 0°. Put an inertia of 0.0002 kg m² on the platform, centred on its axis."
+    );
+    assert_eq!(before("", (flat, 2e-4), (flat, 0.0)).0, [Action::RemoveInertia]);
+    assert_eq!(before("Turn the part over.", (flat, 0.0), (side, 0.0)).to_string(), "Turn the part over.");
 }

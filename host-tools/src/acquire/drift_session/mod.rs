@@ -218,8 +218,11 @@ pub async fn measure<S: StandConnection>(
                 cycles::set_rate(stand, wanted).await?;
                 set = Some(wanted);
             }
-            let data = cycles::measure(stand, *position as u32 + 1, *place, rate_rad_s, end_s, report).await?;
-            let Some(data) = data else { return interrupt(stand, request.turn_by_drive).await };
+            let data = match cycles::measure(stand, *position as u32 + 1, *place, rate_rad_s, end_s, report).await {
+                Ok(Some(data)) => data,
+                Ok(None) | Err(ConnectionError::Interrupted) => return interrupt(stand, request.turn_by_drive).await,
+                Err(error) => return Err(error.into()),
+            };
             end_s = data.end_s;
             all.cycles.extend(data.cycles);
             if request.keep_rows {

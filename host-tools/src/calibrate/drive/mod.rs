@@ -14,6 +14,7 @@ mod sweep;
 use super::{Basis, CalibrateError, Findings, Step};
 use crate::acquire::calibration_session::Session;
 use crate::calibrate::Contribution;
+use crate::identify::deadline::Deadline;
 
 /// Clock of the stand. `sensitivity`: change of the result per relative frequency error.
 pub(super) fn clock(session: &Session, sensitivity: f64) -> Contribution {
@@ -36,14 +37,16 @@ pub(super) fn reading_contributions(session: &Session, value: f64, exponents: [i
 /// Calibrates the drive from the steps of a session.
 ///
 /// # Errors
-/// No log has voltage, current and angle; the logs determine no quantity.
-pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, CalibrateError> {
+/// No log has voltage, current and angle; the logs determine no quantity; the deadline has passed.
+pub fn calibrate(steps: &[Step], session: &Session, deadline: Deadline) -> Result<Findings, CalibrateError> {
     let has = |s: &Step| ["u_V", "i_A", "theta_rad"].iter().all(|name| s.log.column(name).is_some());
     if !steps.iter().any(has) {
         return Err(CalibrateError::DriveColumns);
     }
     let mut findings = Findings::default();
-    let model = model::add(steps, session, &mut findings);
+    let model = model::add(steps, session, deadline, &mut findings);
+    // A fit that was ended by the deadline has proved nothing.
+    CalibrateError::check(deadline)?;
     curves::add(steps, session, &mut findings);
     coast::add(steps, model.as_ref(), session, &mut findings);
     sweep::add(steps, session, &mut findings);

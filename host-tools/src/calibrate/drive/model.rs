@@ -5,6 +5,7 @@ use super::{clock, harmonics as torque_harmonics, reading_contributions};
 use crate::acquire::calibration_session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Remark, Step};
 use crate::calibrate::{Contribution, Quantity};
+use crate::identify::deadline::Deadline;
 use crate::identify::fit::{self, FitResult};
 use crate::model::{Input, Model};
 use crate::statistics::Extremes;
@@ -25,7 +26,7 @@ pub(super) fn is_exciting(step: &Step) -> bool {
 /// Cogging by the slow turns: harmonic order, amplitude, N m, phase, rad.
 type Harmonics = [(usize, f64, f64)];
 
-fn fitted(step: &Step, harmonics: &Harmonics) -> Result<(FitResult, f64), String> {
+fn fitted(step: &Step, harmonics: &Harmonics, deadline: Deadline) -> Result<(FitResult, f64), String> {
     let mut model = Model::new(Input::Voltage, "drive").map_err(|e| e.to_string())?;
     for effect in EFFECTS {
         model.add(effect).map_err(|e| e.to_string())?;
@@ -37,7 +38,8 @@ fn fitted(step: &Step, harmonics: &Harmonics) -> Result<(FitResult, f64), String
             model.set(&format!("cogging_{name}{mark}"), value).map_err(|e| e.to_string())?;
         }
     }
-    let (prepared, _) = fit::prepare::prepare(&step.log, &model, false).map_err(|e| e.to_string())?;
+    let (mut prepared, _) = fit::prepare::prepare(&step.log, &model, false).map_err(|e| e.to_string())?;
+    prepared.deadline = deadline;
     let (system, parameters) = fit::build::system(&model, prepared.temp_C.is_some());
     let result = fit::fit(&system, &parameters, &prepared).map_err(|e| e.to_string())?;
     let misfit = result.channels.iter().map(|c| c.rms / c.noise).max_or_zero();
@@ -45,7 +47,7 @@ fn fitted(step: &Step, harmonics: &Harmonics) -> Result<(FitResult, f64), String
 }
 
 /// Adds the parameters.
-pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) -> Option<Drive> {
+pub(super) fn add(steps: &[Step], session: &Session, deadline: Deadline, findings: &mut Findings) -> Option<Drive> {
     let add_all_absent = |findings: &mut Findings, reason: AbsenceReason| {
         for name in ["inertia_kg_m2", "motor_constant_N_m_A", "resistance_ohm", "inductance_H", "viscous_N_m_s", "coulomb_N_m"] {
             findings.add_absent(name, reason.clone());
@@ -55,7 +57,7 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) ->
         add_all_absent(findings, AbsenceReason::NeedsExcitation);
         return None;
     };
-    let (mut result, mut misfit) = match fitted(step, &[]) {
+    let (mut result, mut misfit) = match fitted(step, &[], deadline) {
         Ok(found) => found,
         Err(message) => {
             add_all_absent(findings, AbsenceReason::FitFailed { message });
@@ -68,7 +70,7 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) ->
         && let Some(rough) = Drive::of(&result, misfit)
     {
         harmonics = torque_harmonics::strongest(steps, &rough, session);
-        match fitted(step, &harmonics) {
+        match fitted(step, &harmonics, deadline) {
             Ok((with, left)) if !harmonics.is_empty() && left < misfit => {
                 (result, misfit) = (with, left);
                 let harmonic_orders = harmonics.iter().map(|(order, ..)| *order).collect();
@@ -103,7 +105,7 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) ->
     let (j, k, r) = (get(&result, "inertia_kg_m2")?, get(&result, "motor_constant_N_m_A")?, get(&result, "resistance_ohm")?);
     let b = get(&result, "viscous_N_m_s").unwrap_or((0.0, 0.0));
     time_constants(findings, session, &result, misfit, [j.0, k.0, r.0, b.0]);
-    inertia_by_added(steps, &result, &harmonics, findings);
+    inertia_by_added(steps, &result, &harmonics, deadline, findings);
     Drive::of(&result, misfit)
 }
 
@@ -141,13 +143,13 @@ fn time_constants(findings: &mut Findings, session: &Session, result: &FitResult
 
 /// Two fits, with and without a known added inertia. The difference of the inertias is known, so the ratio of J/K gives J independently of the scales
 /// of current and voltage.
-fn inertia_by_added(steps: &[Step], result: &FitResult, harmonics: &Harmonics, findings: &mut Findings) {
+fn inertia_by_added(steps: &[Step], result: &FitResult, harmonics: &Harmonics, deadline: Deadline, findings: &mut Findings) {
     let name = "inertia_by_added_kg_m2";
     let Some(step) = steps.iter().find(|s| is_exciting(s) && s.added_inertia_kg_m2.is_some()) else {
         return findings.add_absent(name, AbsenceReason::NeedsAddedInertia);
     };
     let added = step.added_inertia_kg_m2.unwrap_or(0.0);
-    let with = match fitted(step, harmonics) {
+    let with = match fitted(step, harmonics, deadline) {
         Ok((with, _)) => with,
         Err(message) => return findings.add_absent(name, AbsenceReason::FitFailed { message }),
     };
