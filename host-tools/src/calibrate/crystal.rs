@@ -7,7 +7,6 @@
 //! The budget of the frequency has four parts: jitter of the pulses at the ends of each step, resolution of the timer there, change of the frequency from step to
 //! step (half-width: the greatest deviation of a step from the mean), and the half-width that the session states for the reference.
 
-use super::note::UnusedReference;
 use super::{Assumptions, Basis, CalibrateError, Contribution, Remark, Step};
 use crate::acquire::calibration_session::{ClockReading, ClockReference, MeasuredCrystal};
 use crate::log::{Column, Log, LogError, known};
@@ -26,7 +25,7 @@ const MAX_REJECTED_FRACTION: f64 = 0.1;
 const FREQUENCY_NOTES: [&str; 3] = ["profile_frequency_Hz", "profile_from_Hz", "profile_to_Hz"];
 const TIME_NOTES: [&str; 4] = ["profile_sweep_s", "profile_dwell_s", "drive_s", "since_power_on_s"];
 
-/// The frequency of the crystal by the readings of all steps, `recorded_s` of rows together; or why the reference is not used.
+/// The frequency of the crystal by the readings of all steps, `recorded_s` of rows together; or the remark why the reference is not used.
 ///
 /// # Errors
 /// Crystal and reference differ by more than their stated bounds; most edges are no pulses.
@@ -35,11 +34,11 @@ pub(super) fn measured(
     recorded_s: f64,
     reference: &ClockReference,
     crystal_ppm: f64,
-) -> Result<Result<MeasuredCrystal, UnusedReference>, CalibrateError> {
+) -> Result<Result<MeasuredCrystal, Remark>, CalibrateError> {
     let sum = |of: fn(&ClockReading) -> f64| readings.iter().map(of).sum::<f64>();
     let (pulses, rejected) = (sum(|r| r.pulses), sum(|r| r.rejected));
     if pulses + rejected == 0.0 {
-        return Ok(Err(UnusedReference::NoPulses));
+        return Ok(Err(Remark::ReferenceWithoutPulses { reference: reference.name.clone() }));
     }
     if rejected > MAX_REJECTED_FRACTION * pulses {
         return Err(CalibrateError::ReferenceRejected { reference: reference.name.clone(), rejected, pulses, crystal_ppm });
@@ -47,7 +46,7 @@ pub(super) fn measured(
     let used: Vec<(&ClockReading, f64)> = readings.iter().filter_map(|r| Some((r, r.deviation_Hz?))).collect();
     let seconds: f64 = used.iter().map(|(r, _)| r.seconds).sum();
     if seconds < MIN_SECONDS || seconds < MIN_COVERED_FRACTION * recorded_s {
-        return Ok(Err(UnusedReference::TooShort { seconds, recorded_s }));
+        return Ok(Err(Remark::ReferenceTooShort { reference: reference.name.clone(), seconds, recorded_s }));
     }
     let error_of = |r: &ClockReading| r.steps / (r.seconds * r.timer_Hz) - 1.0;
     let relative_error = used.iter().map(|(r, _)| r.seconds * error_of(r)).sum::<f64>() / seconds;
@@ -175,7 +174,8 @@ mod tests {
         assert!(measured(&[reading(80e-6, 60.0)], 60.0, &reference(), 100.0).unwrap().is_ok());
         let unused = |readings: &[ClockReading], recorded_s| measured(readings, recorded_s, &reference(), 50.0).unwrap().unwrap_err();
         let none = ClockReading { pulses: 0.0, seconds: 0.0, steps: 0.0, deviation_Hz: None, ..reading(0.0, 0.0) };
-        assert_eq!(unused(&[none], 60.0), UnusedReference::NoPulses);
+        let name = || reference().name;
+        assert_eq!(unused(&[none], 60.0), Remark::ReferenceWithoutPulses { reference: name() });
         let noisy = ClockReading { rejected: 7.0, ..reading(0.0, 60.0) };
         // A pulse and edges that are none: a crystal beyond what the stand accepts.
         let far = ClockReading { pulses: 1.0, rejected: 59.0, seconds: 0.0, steps: 0.0, deviation_Hz: None, ..noisy };
@@ -183,8 +183,11 @@ mod tests {
             let error = measured(&[reading], 60.0, &reference(), 50.0).unwrap_err().to_string();
             assert!(error.contains(text) && error.contains("more than 200 ppm"), "{error}");
         }
-        assert_eq!(unused(&[reading(0.0, 9.0)], 9.5), UnusedReference::TooShort { seconds: 9.0, recorded_s: 9.5 });
-        assert_eq!(unused(&[reading(0.0, 20.0), none], 60.0), UnusedReference::TooShort { seconds: 20.0, recorded_s: 60.0 });
+        assert_eq!(unused(&[reading(0.0, 9.0)], 9.5), Remark::ReferenceTooShort { reference: name(), seconds: 9.0, recorded_s: 9.5 });
+        assert_eq!(
+            unused(&[reading(0.0, 20.0), none], 60.0),
+            Remark::ReferenceTooShort { reference: name(), seconds: 20.0, recorded_s: 60.0 }
+        );
     }
 
     #[test]

@@ -480,20 +480,6 @@ pub enum AbsenceReason {
     NoCorner,
 }
 
-/// Why the reference that a session names was not used.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum UnusedReference {
-    /// No pulse came.
-    NoPulses,
-    /// The pulses cover too little of the recorded time.
-    TooShort {
-        /// Time with pulses, s.
-        seconds: f64,
-        /// Recorded time, s.
-        recorded_s: f64,
-    },
-}
-
 /// A remark on the whole calibration.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
@@ -536,12 +522,19 @@ pub enum Remark {
         /// Time with pulses, s.
         seconds: f64,
     },
-    /// The clock reference of the session was not used.
-    ReferenceUnused {
+    /// No pulse of the clock reference of the session came; it was not used.
+    ReferenceWithoutPulses {
         /// Its name.
         reference: String,
-        /// Why.
-        reason: UnusedReference,
+    },
+    /// The pulses of the clock reference cover too little of the recorded time; it was not used.
+    ReferenceTooShort {
+        /// Its name.
+        reference: String,
+        /// Time with pulses, s.
+        seconds: f64,
+        /// Recorded time, s.
+        recorded_s: f64,
     },
     /// An accelerometer at a radius shows the square of the rate.
     SquareOfRate,

@@ -4,7 +4,7 @@
 //! [`StoredRecord`](super::stored_record::StoredRecord).
 
 use super::step_table::{StepTableError, read_steps};
-use super::{Assumptions, CalibrateError, DutKind, Findings, Remark, Step, accel, crystal, drive, gyro};
+use super::{Assumptions, CalibrateError, DutKind, Findings, Step, accel, crystal, drive, gyro};
 use crate::acquire::calibration_session::journal::{Journal, JournalError, StepRecord, read_log, read_logs, sha256};
 use crate::acquire::calibration_session::{Limits, Session};
 use crate::identify::deadline::Deadline;
@@ -108,9 +108,9 @@ fn of_session(logs: &[Step], steps: &[StepRecord], session: &Session, deadline: 
             findings.crystal = Some(found);
             Ok(findings)
         }
-        Err(reason) => {
+        Err(unused) => {
             let mut findings = of_steps(logs, session, deadline)?;
-            findings.remarks.insert(0, Remark::ReferenceUnused { reference: reference.name.clone(), reason });
+            findings.remarks.insert(0, unused);
             Ok(findings)
         }
     }

@@ -1,6 +1,5 @@
 //! Words for the typed notes of a calibration.
 
-use crate::calibrate::note::UnusedReference;
 use crate::calibrate::response::Structure;
 use crate::calibrate::{AbsenceReason, Basis, CurveKind, Meaning, Remark, SeriesKind};
 use crate::report::{plain, significant, with_sigma};
@@ -297,15 +296,12 @@ pub(super) fn remark(remark: &Remark) -> String {
             "By the clock reference `{reference}` the crystal of the stand is off by {} ppm (U) over {seconds:.0} s; times and rates are corrected for it.",
             with_sigma(*error_ppm, *U_ppm)
         ),
-        Remark::ReferenceUnused { reference, reason } => {
-            let reason = match reason {
-                UnusedReference::NoPulses => "no pulse came; the input is PB10, docs/hardware.md".to_owned(),
-                UnusedReference::TooShort { seconds, recorded_s } => {
-                    format!("its pulses cover {seconds:.0} s of {recorded_s:.0} s; half of it and 10 s are needed")
-                }
-            };
-            format!("The clock reference `{reference}` was not used, the bound of the crystal is in the budgets: {reason}.")
-        }
+        Remark::ReferenceWithoutPulses { reference } => format!(
+            "The clock reference `{reference}` was not used, the bound of the crystal is in the budgets: no pulse came; the input is PB10, docs/hardware.md."
+        ),
+        Remark::ReferenceTooShort { reference, seconds, recorded_s } => format!(
+            "The clock reference `{reference}` was not used, the bound of the crystal is in the budgets: its pulses cover {seconds:.0} s of {recorded_s:.0} s; half of it and 10 s are needed."
+        ),
         Remark::SquareOfRate => {
             "An accelerometer at a radius measures the square of the rate: no sign, and no sensitivity near rest.".into()
         }
