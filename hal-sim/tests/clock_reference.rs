@@ -17,7 +17,7 @@ use stand_firmware::speed_loop::Mode;
 mod host;
 use host::Host;
 
-/// The reply to the query after `seconds` on a stand with this crystal, reference and faults.
+/// The reply to the query `seconds` after a restart of the comparison, on a stand with this crystal, reference and faults.
 fn compared(crystal_ppm: f64, reference: Option<ReferenceSetup>, faults: &[Fault], seconds: f64) -> [f64; 5] {
     let faults = Faults::of(faults.iter().copied()).unwrap();
     let stand = StandSetup { clock: ClockSetup { crystal_ppm, reference }, faults, ..StandSetup::default() };
@@ -26,6 +26,7 @@ fn compared(crystal_ppm: f64, reference: Option<ReferenceSetup>, faults: &[Fault
     let host = Host { controller: &controller };
     let reply = controller.run(
         async {
+            host.command("MEASure:CLOCk:RESet").await;
             host.wait_s(seconds).await;
             host.query("MEASure:CLOCk?").await
         },

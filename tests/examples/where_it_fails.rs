@@ -57,7 +57,7 @@ fn foreign() {
         .par_iter()
         .filter_map(|case| {
             let list = fails::fitted(&case.log, &case.start_model()?, case.rate_from_encoder);
-            (!list.is_empty()).then(|| format!("{}: {}", case.name, report::misfit(Axis::Rotary, &list[0])))
+            (!list.is_empty()).then(|| format!("{}: {}", case.name, report::misfits::sentence(Axis::Rotary, &list[0])))
         })
         .collect();
     println!("with the true effects fitted, a failure is listed in {} of 29 cases", true_ones.len());
@@ -81,7 +81,7 @@ fn nulls(count: u64) {
                         PROFILES[k as usize % 3],
                         f.log10_p,
                         f.explained_fraction,
-                        report::misfit(Axis::Rotary, f)
+                        report::misfits::sentence(Axis::Rotary, f)
                     )
                 })
             })

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use host_tools::acquire::calibration_session::journal::Journal;
-use host_tools::calibrate::record::{CalibrationRecord, RecordError, compute, findings};
+use host_tools::calibrate::record::{RecordError, compute, findings};
 use host_tools::calibrate::stored_record::StoredRecord;
 use host_tools::calibrate::{Basis, CalibrateError, Findings, Remark};
 use host_tools::report;

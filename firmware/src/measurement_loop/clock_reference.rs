@@ -53,16 +53,16 @@ impl Sequence {
     #[inline(never)] // for the size of the image
     fn add(&mut self, at: EdgeTime, timer_Hz: u32) -> bool {
         let Ok(interval) = u32::try_from(at.0.wrapping_sub(self.last.0)) else { return false };
-        let seconds = interval.saturating_add(timer_Hz / 2).checked_div(timer_Hz).unwrap_or(0);
+        let seconds = interval.saturating_add(timer_Hz >> 1).checked_div(timer_Hz).unwrap_or(0);
         if seconds > MAX_INTERVAL_S {
             return false;
         }
         let nominal = seconds.saturating_mul(timer_Hz);
         let is_near = |expected: u32, tolerance: u32| interval.abs_diff(expected) <= tolerance;
-        let change = timer_Hz / MAX_DEVIATION_PART + nominal / MAX_FREQUENCY_CHANGE_PART;
+        let change = part_of(timer_Hz, MAX_DEVIATION_PART).saturating_add(part_of(nominal, MAX_FREQUENCY_CHANGE_PART));
         let is_as_before = self.steps_per_s == 0 || is_near(seconds.saturating_mul(self.steps_per_s), change);
         let Some(steps_per_s) = interval.checked_div(seconds) else { return false };
-        if !(is_near(nominal, nominal / MAX_FREQUENCY_ERROR_PART) && is_as_before) {
+        if !(is_near(nominal, part_of(nominal, MAX_FREQUENCY_ERROR_PART)) && is_as_before) {
             return false;
         }
         self.last = at;
@@ -81,6 +81,11 @@ impl Sequence {
         let squares = self.squares as f64 - sum * sum / intervals;
         (self.pulses > 2).then(|| libm::sqrt(f64::max(squares, 0.0) / (intervals - 1.0)))
     }
+}
+
+/// `whole` divided by a constant of this module, none of which is zero.
+fn part_of(whole: u32, parts: u32) -> u32 {
+    whole.checked_div(parts).unwrap_or(0)
 }
 
 /// Compares the crystal with the reference.
