@@ -65,9 +65,10 @@ export const leaveControl = () => say(WORD.leave);
 /** STOP, on both ways to the program: the WebSocket is the fast one, the request is for a socket that is just being reopened. Both have the number of the press, so that the program sends
  * the stand one 0x18 for it. */
 export function stop() {
-  const press = crypto.getRandomValues(new Uint32Array(1))[0];
+  const [low, high] = crypto.getRandomValues(new Uint32Array(2));
+  const press = low + (high >>> 11) * 2 ** 32; // 53 bits, exact in JSON
   const bytes = new Uint8Array(8);
-  new DataView(bytes.buffer).setUint32(0, press, true);
+  new DataView(bytes.buffer).setBigUint64(0, BigInt(press), true);
   say(WORD.stop, bytes);
   request("stop", { press }).catch(() => {});
 }

@@ -23,7 +23,7 @@ export function byId(id) {
   return document.getElementById(id);
 }
 
-/** What the program, its firmware or the catalogue of effects says, which is English in both languages. @param {string} words */
+/** Text of the program, its firmware or the catalogue of effects: English in both languages. @param {string} words */
 export const english = (words) => element("span", { lang: "en" }, words);
 
 /** An error that the program states; `before`: words of the page before it. @param {string} message @param {any} [more] */

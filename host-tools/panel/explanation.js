@@ -101,7 +101,7 @@ function experiment({ purpose, says, command, expected = [] }) {
   return parts;
 }
 
-/** The report of the command line, for who wants to read all of it. @param {string|undefined} report */
+/** The full report of the command line. @param {string|undefined} report */
 export const commandLineText = (report) => (report ? element("details", {}, element("summary", {}, text("command_line_text")), element("pre", { class: "mono", tabindex: "0", lang: "en" }, report)) : null);
 
 /** Remarks: kinds with numbers; a warning about the log is the program's sentence. @param {string} prefix @param {any[]|undefined} notes */

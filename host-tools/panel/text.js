@@ -1,5 +1,5 @@
 // All words of the page: one table of keys, each in English and Ukrainian.
-// Units, names of channels, effects, parameters and quantities, and SCPI lines are the same in both. What the program knows as a kind with numbers (stages, misfits, reasons)
+// Units, names of channels, effects, parameters and quantities, and SCPI lines are the same in both. Each kind that the program sends with numbers (stages, misfits, reasons)
 // has a key `PREFIX_KIND`; `host-tools/tests/panel_texts.rs` compares these keys and their {arguments} with the source of the program.
 
 /** @type {Record<string, [string, string]>} */
@@ -422,7 +422,7 @@ export const TEXT = {
   calibration_clipped: ["Step {step} is left out: the output stays at {limit_rad_s} rad/s in {rows} rows.", "Крок {step} пропущено: вихід стоїть на {limit_rad_s} рад/с у {rows} рядках."],
   calibration_beyond_full_scale: ["Step {step} reaches {greatest_rad_s} rad/s, beyond the full scale of {full_scale_rad_s} rad/s, and is left out of the dynamic results.", "Крок {step} сягає {greatest_rad_s} рад/с, поза повною шкалою {full_scale_rad_s} рад/с, і пропущений у динамічних результатах."],
   calibration_crystal_measured: ["By the clock reference {reference} the crystal of the stand is off by {error_ppm} ± {U_ppm} ppm over {seconds} s; times and rates are corrected for it.", "За еталоном часу {reference} кварц стенда відхилено на {error_ppm} ± {U_ppm} ppm за {seconds} с; час і швидкості виправлено."],
-  calibration_reference_without_pulses: ["The clock reference {reference} was not used, the bound of the crystal is in the budgets: no pulse came.", "Еталон часу {reference} не використано, у бюджетах межа кварцу: не прийшло жодного імпульсу."],
+  calibration_reference_without_pulses: ["The clock reference {reference} was not used, the bound of the crystal is in the budgets: the logs have no reading of it, or no pulse came.", "Еталон часу {reference} не використано, у бюджетах межа кварцу: журнали не мають його показів або не прийшло жодного імпульсу."],
   calibration_reference_too_short: ["The clock reference {reference} was not used, the bound of the crystal is in the budgets: its pulses cover {seconds} s of {recorded_s} s.", "Еталон часу {reference} не використано, у бюджетах межа кварцу: його імпульси охоплюють {seconds} с із {recorded_s} с."],
   calibration_square_of_rate: ["An accelerometer at a radius shows the square of the rate.", "Акселерометр на радіусі показує квадрат швидкості."],
   calibration_cogging_in_model: ["Cogging of the harmonic orders {harmonic_orders} is part of the fitted model.", "Зубцевий момент порядків {harmonic_orders} є частиною підібраної моделі."],

@@ -196,6 +196,19 @@ fn recording_with_a_frozen_viewer_loses_no_row_and_unattended_needs_no_page() {
 }
 
 #[test]
+fn typed_stop_is_accepted_during_a_recording() {
+    let folder = folder();
+    let panel = Panel::new(folder.path(), &[]);
+    let mut page = panel.page();
+    page.until(|page| page.columns >= 10, false);
+    let started = record(&panel, &mut page, 3.0, &json!({"unattended": true}));
+    let (status, answer) = panel.request("POST", "command", &json!({"client": page.client(), "line": "OUTP OFF"}).to_string());
+    assert_eq!(status, 200, "{answer}");
+    finish(&mut page, &started["job"]);
+    page.until(|page| page.state["drive"]["mode"] == "OFF", false);
+}
+
+#[test]
 fn recording_ends_with_the_lease_and_keeps_every_row_until_then() {
     let folder = folder();
     let panel = Panel::new(folder.path(), &[]);

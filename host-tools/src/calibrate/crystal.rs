@@ -28,7 +28,7 @@ const TIME_NOTES: [&str; 4] = ["profile_sweep_s", "profile_dwell_s", "drive_s", 
 /// The frequency of the crystal by the readings of all steps, `recorded_s` of rows together; or the remark why the reference is not used.
 ///
 /// # Errors
-/// Crystal and reference differ by more than their stated bounds; most edges are no pulses.
+/// Crystal and reference differ by more than their stated bounds; more than 10 % of the edges are not pulses of one sequence.
 pub(super) fn measured(
     readings: &[ClockReading],
     recorded_s: f64,

@@ -211,9 +211,9 @@ pub enum CalibrateError {
         /// Half-width of the reference, ppm.
         reference_ppm: f64,
     },
-    /// Most edges on the input of the clock reference are no pulses.
+    /// More than 10 % of the edges on the input of the clock reference are not pulses of one sequence.
     #[error(
-        "clock: {rejected} edges on the input of the reference `{reference}` are not a whole number of seconds from a pulse, {pulses} are: interference, or a crystal that is off by more than 200 ppm, beyond the ± {crystal_ppm} ppm of the session; without [clock_reference] in the session.toml of the folder --from evaluates with this bound, unchecked"
+        "clock: {rejected} edges on the input of the reference `{reference}` are not a whole number of seconds from a pulse, {pulses} are: interference, a reference that was interrupted for more than 40 s or changed its phase, or a crystal that is off by more than 200 ppm, beyond the ± {crystal_ppm} ppm of the session; without [clock_reference] in the session.toml of the folder --from evaluates with this bound, unchecked"
     )]
     ReferenceRejected {
         /// Name of the reference.

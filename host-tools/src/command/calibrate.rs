@@ -85,9 +85,9 @@ pub(super) struct Calibrate {
     /// The simulated stand, described in TOML [default: a random device by --seed]
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
     stand: Option<PathBuf>,
-    /// Seed of the simulated device under test and of all noise
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    seed: u64,
+    /// Seed of the simulated device under test and of all noise [default: 1; with --resume that of the session]
+    #[arg(long, allow_negative_numbers = true)]
+    seed: Option<u64>,
     /// Write the results into this model file: parameters of the drive, or effects of the rate sensor
     #[arg(long, value_name = "M")]
     into_model: Option<PathBuf>,
@@ -275,7 +275,9 @@ impl Calibrate {
             }
             None => {
                 let described = self.stand.as_deref().map(|path| read_stand(Some(path))).transpose()?;
-                simulate(&stand_with_dut(described, self.seed, session), self.seed, &prepared, &folder, Deadline::NEVER, on_progress)
+                let of_session = prepared.begun.as_ref().and_then(|journal| journal.simulated_seed);
+                let seed = self.seed.or(of_session).unwrap_or(1);
+                simulate(&stand_with_dut(described, seed, session), seed, &prepared, &folder, Deadline::NEVER, on_progress)
             }
         };
         bar.finish_and_clear();

@@ -189,6 +189,9 @@ fn fitted<'a>(log: &'a Log, model: &Model, job: &Job) -> Result<Evaluated<'a>, S
     if job.is_cancelled() {
         return Err("cancelled".to_owned());
     }
+    if !evaluated.result.converged {
+        return Err(format!("the fit with {} has not converged within {TIME_LIMIT_S} s", model.effect_names().join(", ")));
+    }
     Ok(evaluated)
 }
 

@@ -25,7 +25,7 @@ use super::recording::{self, RecordRequest};
 use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed, start_job};
 use super::session::quoted;
 use super::{export, import};
-use crate::acquire::link::{REPLY_TIMEOUT, drives, supervises};
+use crate::acquire::link::{REPLY_TIMEOUT, is_harmless, supervises};
 use crate::files;
 use crate::log::Log;
 use crate::log::import::ENDINGS;
@@ -36,9 +36,6 @@ use crate::report;
 const MAX_BODY: usize = 1 << 20;
 /// Longest expression of a user's effect, characters.
 const MAX_EXPRESSION: usize = 1000;
-
-/// Lines that are accepted while a job uses the stand, beside queries: they set nothing in motion.
-const BESIDE_A_JOB: [&str; 2] = ["OUTPut OFF", "FAULt:CLEar"];
 
 /// The routes below `/api`.
 pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
@@ -104,13 +101,15 @@ async fn command(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: CommandRequest = parsed(&body)?;
     blocking(move || {
         let line = request.line.trim();
-        check_line(line)?;
+        check_line(line).inspect_err(|error| panel.hub.note(line, &[], &[error.1.clone()]))?;
         if line.eq_ignore_ascii_case("STOP") {
             panel.press_stop(None);
             return Ok(Json(json!({"replies": [], "errors": []})));
         }
-        if panel.jobs.has_stream() && drives(line) && !BESIDE_A_JOB.iter().any(|allowed| line.eq_ignore_ascii_case(allowed)) {
-            return Err(ApiError(StatusCode::CONFLICT, "a recording or a session uses the stand: cancel it first, or STOP".to_owned()));
+        if panel.jobs.has_stream() && !is_harmless(line) {
+            let refusal = "a recording or a session uses the stand: cancel it first, or STOP".to_owned();
+            panel.hub.note(line, &[], std::slice::from_ref(&refusal));
+            return Err(ApiError(StatusCode::CONFLICT, refusal));
         }
         let reply = panel.line.exchange(request.client, line, REPLY_TIMEOUT).map_err(|error| {
             panel.hub.note(line, &[], &[error.to_string()]);

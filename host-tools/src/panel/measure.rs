@@ -340,13 +340,15 @@ pub struct InterruptedSession {
     is_simulated: bool,
 }
 
-/// The calibration sessions of the folder that can be continued.
+/// The calibration sessions of the folder that can be continued: steps or the record are missing.
 pub fn interrupted(session: &Session) -> Vec<InterruptedSession> {
     let of = |name: String| {
-        let PreparedSession { session, begun, .. } = PreparedSession::resume(&session.folder().join(&name)).ok()?;
+        let folder = session.folder().join(&name);
+        let PreparedSession { session, begun, .. } = PreparedSession::resume(&folder).ok()?;
         let journal = begun?;
+        let has_record = folder.join(RECORD_FILE).is_file();
         let steps: Vec<(String, f64)> = session.steps.iter().map(|step| (step.name.clone(), step.seconds)).collect();
-        (journal.steps.len() < steps.len()).then(|| InterruptedSession {
+        (journal.steps.len() < steps.len() || !has_record).then(|| InterruptedSession {
             name,
             kind: session.dut_kind,
             serial: session.serial,

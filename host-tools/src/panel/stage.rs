@@ -1,4 +1,4 @@
-//! What a job is doing and what it asks of the person, as data: the page makes the sentences from its table of keys, in its language.
+//! Stage of a job and its requests to the person, as data: the page makes the sentences from its table of keys, in its language.
 
 use serde::Serialize;
 

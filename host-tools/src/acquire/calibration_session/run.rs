@@ -74,7 +74,14 @@ pub async fn run_session(
     }
     check(session, &StandLimits::query(stand).await?)?;
     let mut journal = match &prepared.begun {
-        Some(journal) => journal.clone(),
+        Some(journal) => {
+            let now = stand.query("*IDN?").await?;
+            if unit(&now) != unit(&journal.stand) {
+                let message = format!("the session was begun on the stand `{}`, this one is `{now}`", journal.stand);
+                return Err(PlanError::Session(message).into());
+            }
+            journal.clone()
+        }
         None => {
             let mut journal = Journal::new(session.dut_kind, stand.query("*IDN?").await?);
             journal.simulated_seed = prepared.simulated_seed;
@@ -83,6 +90,11 @@ pub async fn run_session(
         }
     };
     run_remaining(stand, session, &mut journal, folder, operator, on_progress).await
+}
+
+/// Manufacturer, model and serial number in the reply to `*IDN?`; a session may go on with another firmware.
+fn unit(identity: &str) -> Vec<&str> {
+    identity.split(',').take(3).map(str::trim).collect()
 }
 
 /// Creates the folder of a session with its session file and journal.

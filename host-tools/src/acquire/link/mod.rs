@@ -19,7 +19,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use stand_firmware::app::commands::{SIGN_OF_LIFE, is_sign_of_life};
+use stand_firmware::app::commands::{SIGN_OF_LIFE, is_sign_of_life, is_stop};
 use stand_firmware::console::parse::{Command, Commands};
 use stand_firmware::telemetry::crc32;
 
@@ -424,6 +424,11 @@ pub fn drives(line: &str) -> bool {
     Commands::new(line.as_bytes()).any(|command| is_sign_of_life(&command) && !is_of_host(&command))
 }
 
+/// Whether a line sets nothing in motion: queries, stops, and the clearing of a fault.
+pub fn is_harmless(line: &str) -> bool {
+    Commands::new(line.as_bytes()).all(|command| !is_sign_of_life(&command) || is_stop(&command) || command.is("FAULt:CLEar"))
+}
+
 /// Whether a line changes how the program at the other end is supervised; also where the header continues the path, as in `HOST:ARM?;ARM 3600`.
 pub fn supervises(line: &str) -> bool {
     Commands::new(line.as_bytes()).any(|command| !command.is_query && is_of_host(&command))
@@ -446,6 +451,27 @@ pub fn with_checksum(command: &str) -> String {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    #[test]
+    fn stops_and_queries_are_harmless_in_any_form() {
+        for line in [
+            "OUTP OFF",
+            "output 0",
+            "PROF:STOP",
+            "SOUR:MODE OFF",
+            "*RST",
+            "DRIF:ABOR",
+            "STOP",
+            "FAULt:CLEar",
+            "MEAS:CURR?",
+            "*IDN?;OUTP OFF",
+        ] {
+            assert!(super::is_harmless(line), "{line}");
+        }
+        for line in ["OUTP ON", "SOUR:RATE 9", "OUTP OFF;OUTP ON", "PROF:STAR", "SOUR:MODE RATE"] {
+            assert!(!super::is_harmless(line), "{line}");
+        }
+    }
+
     #[test]
     fn checksum_is_crc_32_of_the_command() {
         // python: zlib.crc32(b"*IDN?")

@@ -297,7 +297,7 @@ pub(super) fn remark(remark: &Remark) -> String {
             with_sigma(*error_ppm, *U_ppm)
         ),
         Remark::ReferenceWithoutPulses { reference } => format!(
-            "The clock reference `{reference}` was not used, the bound of the crystal is in the budgets: no pulse came; the input is PB10, docs/hardware.md."
+            "The clock reference `{reference}` was not used, the bound of the crystal is in the budgets: the logs have no reading of it, or no pulse came; the input is PB10, docs/hardware.md."
         ),
         Remark::ReferenceTooShort { reference, seconds, recorded_s } => format!(
             "The clock reference `{reference}` was not used, the bound of the crystal is in the budgets: its pulses cover {seconds:.0} s of {recorded_s:.0} s; half of it and 10 s are needed."
