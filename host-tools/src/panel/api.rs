@@ -101,7 +101,7 @@ async fn command(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: CommandRequest = parsed(&body)?;
     blocking(move || {
         let line = request.line.trim();
-        check_line(line).inspect_err(|error| panel.hub.note(line, &[], &[error.1.clone()]))?;
+        check_line(line).inspect_err(|error| panel.hub.note(line, &[], std::slice::from_ref(&error.1)))?;
         if line.eq_ignore_ascii_case("STOP") {
             panel.press_stop(None);
             return Ok(Json(json!({"replies": [], "errors": []})));
