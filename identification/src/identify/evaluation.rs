@@ -8,9 +8,9 @@ use super::fit::{
     self, FitError, FitResult, PreparedLog, Unidentifiable,
     prepare::{PreparationNote, PrepareError},
 };
+use super::predict::{by_prediction_errors, needs_prediction_errors};
 use super::recording_conventions::fit_as_recorded;
 use super::repetition::{Repetition, repetition};
-use super::reported_parameters::reported;
 use super::residual::{self, Misfit};
 use crate::identify::defects::defects;
 use crate::log::plausible::{Defect, ShiftedConstant};
@@ -103,9 +103,10 @@ pub fn evaluate<'a>(
         return Ok(Evaluation::ImplausibleLog(findings));
     }
     let mut result = with_best_rate_source(model, &mut data, log, treatment, &mut remarks)?;
-    if treatment != ParameterTreatment::Kept {
+    if treatment != ParameterTreatment::Kept && needs_prediction_errors(log, &data, &result) {
         let (system, _) = fit::build::system(model, data.temp_C.is_some());
-        if reported(&system, log, &data, &mut result) {
+        if let Some(found) = by_prediction_errors(&system, &data, &result) {
+            result = found;
             remarks.push(EvaluationRemark::ByPredictionErrors);
         }
     }

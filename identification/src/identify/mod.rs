@@ -11,6 +11,5 @@ pub mod fit;
 pub mod predict;
 pub mod recording_conventions;
 pub mod repetition;
-mod reported_parameters;
 pub mod residual;
 pub mod series;

@@ -5,8 +5,7 @@
 //! kept where the likelihood of the residuals rises clearly. Outliers are found first; see [`super::fit::outliers`].
 
 use super::fit::prepare::PreparationNote;
-use super::fit::voltage::{self, WalkVariance};
-use super::fit::{FitError, FitResult, PreparedLog, outliers};
+use super::fit::{FitError, FitResult, PreparedLog, outliers, voltage};
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
@@ -125,7 +124,7 @@ pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Optio
             }
             data.input_at_t = true;
             data.input = voltage::input(log.column(column)?, true, &data.segments).into_owned().into();
-            data.voltage_course_V = voltage::voltage_course_V(log, data.driven, true, &data.segments, WalkVariance::Local);
+            data.voltage_course_V = voltage::voltage_course_V(log, data.driven, true, &data.segments);
             Some(PreparationNote::AssumedAtT { column })
         }
         Convention::CurrentAtT => {

@@ -68,8 +68,8 @@ use crate::identify::deadline::Deadline;
 use crate::identify::defects::defects;
 use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
 use crate::identify::fit::{FitError, Preparation, PreparedLog};
+use crate::identify::predict::{by_prediction_errors, needs_prediction_errors};
 use crate::identify::recording_conventions::Recording;
-use crate::identify::reported_parameters::reported;
 use crate::identify::residual;
 use crate::log::Log;
 use crate::log::plausible::Defect;
@@ -238,12 +238,11 @@ pub fn explain_until(
     let Outcome { mut search, verdict, unexplained, recorded } = start.explain(context, model, progress)?;
     if matches!(verdict, Verdict::Adequate | Verdict::EffectFound)
         && let Some(last) = search.models.last_mut()
+        && needs_prediction_errors(&log, &last.data, &last.fit)
+        && let Some(found) = by_prediction_errors(&last.system, &last.data, &last.fit)
     {
-        let mut fit = last.fit.clone();
-        if reported(&last.system, &log, &last.data, &mut fit) {
-            search.remarks.push(Remark::ByPredictionErrors);
-        }
-        last.replace_fit(fit);
+        last.replace_fit(found);
+        search.remarks.push(Remark::ByPredictionErrors);
     }
     // As the log was recorded, which the search may have found.
     let (given_data, given) = search.models.first().map_or((given_data, given), |first| (first.data.clone(), first.fit.clone()));

@@ -10,7 +10,6 @@
 pub mod angle_jumps;
 pub mod build;
 pub mod channel_fit;
-mod course_uncertainty;
 pub mod covariance;
 pub mod equation_error;
 pub mod initial_states;
@@ -33,7 +32,6 @@ pub mod voltage;
 pub use channel_fit::ChannelFit;
 pub(crate) use channel_fit::differencing_rows;
 use channel_fit::{MAX_NOISE_CHI2_PER_N, compared, noise_of_residual, noise_of_series};
-pub use course_uncertainty::add_course_uncertainty;
 use covariance::{Covariance, NoiseColour};
 pub use initial_states::{InitialStateKind, InitialStates, initial_state_kinds, starting_states};
 use normal_equations::{MAX_UNKNOWNS, NormalEquations};

