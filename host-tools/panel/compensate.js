@@ -1,7 +1,7 @@
 // Compensation on the stand: friction and cogging of a fitted model, or measured by the stand itself, with the ripple of the rate before and after.
 import { drives, on, request, state, takeControl } from "./connection.js";
 import { attemptIn, byId, element, table } from "./dom.js";
-import { field, jobError, showControl } from "./fields.js";
+import { field, hasFailed, jobError, showControl } from "./fields.js";
 import { number, sentence, text } from "./text.js";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -128,7 +128,7 @@ async function show(now) {
     if (job.answer && job.kind === "record") chosen.log = job.answer;
     await loadSession();
     if (job.kind !== "compensate") return;
-    if (job.error) throw jobError(job);
+    if (hasFailed(job)) throw jobError(job);
     showAnswer(await request(`answer?name=${job.answer}`));
   });
 }

@@ -13,10 +13,12 @@ export function typed(id, key) {
   return value;
 }
 
-/** A job that has failed. @param {any} job */
+/** The job has no answer. @param {any} job */
+export const hasFailed = (job) => job.error !== "" || job.is_cancelled;
+
+/** Why a job has no answer. @param {any} job */
 export function jobError(job) {
-  const isPlain = /^(cancelled|interrupted by the user)$/.test(job.error);
-  if (job.is_cancelled && isPlain) return new Error(`${text(job.kind)}: ${text("cancelled")}.`);
+  if (job.error === "") return new Error(`${text(job.kind)}: ${text("cancelled")}.`);
   return programError(job.error, { before: `${text(job.kind)}: ${job.is_cancelled ? `${text("cancelled")}. ` : ""}` });
 }
 

@@ -2,7 +2,7 @@
 import { on, readLog, request } from "./connection.js";
 import { attemptIn, byId, element, english, svgFigure, table } from "./dom.js";
 import { commandLineText, comparison, judgement, verdict } from "./explanation.js";
-import { jobError } from "./fields.js";
+import { hasFailed, jobError } from "./fields.js";
 import { buildImport, startImport } from "./import.js";
 import { clearResiduals, showResiduals } from "./residuals.js";
 import { clearSignature, showSignature } from "./signature.js";
@@ -247,7 +247,7 @@ async function follow(now) {
     }
     // Values that were typed and not saved stay, unless this view has a new answer.
     if (JOBS.includes(job.kind) || job.kind === "record") await loadSession();
-    if (job.error && (JOBS.includes(job.kind) || job.kind === "record")) throw jobError(job);
+    if (hasFailed(job) && (JOBS.includes(job.kind) || job.kind === "record")) throw jobError(job);
   });
 }
 

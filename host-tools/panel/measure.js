@@ -2,7 +2,7 @@
 import { drives, on, request, state, takeControl } from "./connection.js";
 import { attemptIn, byId, element, english, svgFigure, table } from "./dom.js";
 import { commandLineText, remarkList } from "./explanation.js";
-import { field, jobError, showControl, typed } from "./fields.js";
+import { field, hasFailed, jobError, showControl, typed } from "./fields.js";
 import { fill, number, parse, sentence, text } from "./text.js";
 
 const KINDS = ["allan", "drift", "calibrate"];
@@ -98,7 +98,9 @@ function showSteps(job) {
   const place = byId("calibrate-steps");
   if (!place) return;
   const isOurs = job?.kind === "calibrate";
-  const stateOf = (/** @type {number} */ k) => (!isOurs || job.step === 0 ? "step_waits" : k + 1 < job.step || (!job.is_running && job.answer) ? "step_done" : k + 1 > job.step ? "step_waits" : job.is_running ? "step_runs" : "step_ended");
+  const stage = isOurs ? job.stage : { kind: "" };
+  const at = stage.kind === "step" ? stage.number : stage.kind === "record" ? steps.length + 1 : 0;
+  const stateOf = (/** @type {number} */ k) => (at === 0 ? "step_waits" : k + 1 < at || (!job.is_running && job.answer) ? "step_done" : k + 1 > at ? "step_waits" : job.is_running ? "step_runs" : "step_ended");
   const states = steps.map((_, k) => stateOf(k));
   // Rebuilt only after a change: a screen reader reads it again otherwise.
   const key = document.documentElement.lang + steps.map((step) => step.name).join() + states.join();
@@ -196,7 +198,7 @@ async function show(now) {
     if (job.answer && job.kind === "record") chosen.log = job.answer;
     if (job.kind === "record" || job.kind === "calibrate") await loadSession();
     if (!KINDS.includes(job.kind)) return;
-    if (job.error) throw jobError(job);
+    if (hasFailed(job)) throw jobError(job);
     await showAnswer(job.answer, await request(`answer?name=${job.answer}`));
   });
 }

@@ -14,4 +14,4 @@ pub mod panel;
 pub mod report;
 pub mod stability;
 
-pub use identification::{files, identify, log, model, statistics, words};
+pub use identification::{deadline, files, identify, log, model, statistics, words};

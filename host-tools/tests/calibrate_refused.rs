@@ -84,6 +84,7 @@ fn invalid_session_folders_and_records_are_refused() {
     let words = ["calibrate", "gyro", "--session", "s.toml", "--out", "g"];
     stand(path, &words).succeeded();
     refused(path, &words, &["g", "the folder has a session already", "--resume"]);
+    refused(path, &["calibrate", "gyro", "--out", "g", "--resume", "--seed", "9"], &["begun on the stand", "SIM-1", "SIM-9"]);
     refused(path, &["calibrate", "accel", "--from", "g"], &["g", "for gyro, not for accel"]);
     refused(path, &["calibrate", "accel", "--out", "g", "--resume"], &["g", "for gyro, not for accel"]);
     for words in [&["calibrate", "gyro", "--from", "."][..], &["calibrate", "gyro", "--out", ".", "--resume"]] {

@@ -3,7 +3,7 @@
 //! `cargo bench -p stand-tests --bench coverage -- [N]`: N logs per mode and noise.
 
 use hal_sim::plant::Stand;
-use host_tools::identify::deadline::Deadline;
+use host_tools::deadline::Deadline;
 use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;

@@ -7,7 +7,7 @@
 use std::process::Command;
 use std::time::Instant;
 
-use host_tools::identify::deadline::Deadline;
+use host_tools::deadline::Deadline;
 use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use host_tools::identify::explain::criteria::JoiningCriteria;
 use host_tools::identify::explain::explain;

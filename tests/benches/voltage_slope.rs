@@ -2,7 +2,7 @@
 //!
 //! `cargo bench -p stand-tests --bench voltage_slope -- [N]`: N logs per effect.
 
-use host_tools::identify::deadline::Deadline;
+use host_tools::deadline::Deadline;
 use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use host_tools::log::{Column, Log};
 use rayon::prelude::*;

@@ -6,7 +6,7 @@ use host_tools::acquire::calibration_session::simulated::simulate;
 use host_tools::acquire::calibration_session::{PreparedSession, Session};
 use host_tools::calibrate::record::{CalibrationRecord, compute};
 use host_tools::calibrate::{Findings, Quantity, Step};
-use host_tools::identify::deadline::Deadline;
+use host_tools::deadline::Deadline;
 use host_tools::statistics::Extremes;
 use host_tools::statistics::uncertainty::{COVERAGE_PROBABILITY, Evaluation, coverage_factor};
 use std::path::{Path, PathBuf};

@@ -13,7 +13,7 @@ use host_tools::acquire::calibration_session::{DutKind, PreparedSession, Session
 use host_tools::calibrate::plateaus::plateaus;
 use host_tools::calibrate::record::{self, CalibrationRecord};
 use host_tools::calibrate::{Meaning, Quantity};
-use host_tools::identify::deadline::Deadline;
+use host_tools::deadline::Deadline;
 
 /// Quantities that describe the record and have no true value.
 pub const DESCRIPTIVE: [&str; 3] = ["threshold_rad_s", "blind_below_rad_s", "combined_rms_rad_s"];

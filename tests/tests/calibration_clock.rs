@@ -24,7 +24,7 @@ fn session(reference: &str) -> String {
     format!("what = 'gyro'\n[known]\nmisalignment_deg = 0.0\n{reference}{STAIRCASE}")
 }
 
-const REFERENCE: &str = "[clock_reference]\nname = 'GNSS receiver 4711'\n";
+const REFERENCE: &str = "[clock_reference]\nname = 'GNSS receiver 4711'\nerror_ppm = 0.1\n";
 
 fn stand(crystal_ppm: f64, more: &str) -> String {
     format!("[imu]\ngyro_scale = 1.01\n[clock]\ncrystal_ppm = {crystal_ppm:.1}\n{more}")

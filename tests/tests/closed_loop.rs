@@ -1,7 +1,7 @@
 //! Fits of logs under the speed loop, where the noise of the encoder returns in the voltage. More logs: `cargo bench -p stand-tests --bench coverage`.
 
 use hal_sim::plant::Stand;
-use host_tools::identify::deadline::Deadline;
+use host_tools::deadline::Deadline;
 use host_tools::identify::evaluation::{Evaluated, Evaluation, EvaluationRemark, ParameterTreatment, evaluate};
 use host_tools::log::{Column, Log};
 use host_tools::model::Model;

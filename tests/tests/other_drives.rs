@@ -1,7 +1,7 @@
 //! Drives unlike the stand's: a bridge that coasts, a motor that is disconnected, a position servo. Each is simulated here with steps of 10 µs,
 //! switched and not averaged.
 
-use host_tools::identify::deadline::Deadline;
+use host_tools::deadline::Deadline;
 use host_tools::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
 use host_tools::identify::explain::{Explanation, Verdict, explain};
 use host_tools::identify::fit::FitResult;

@@ -2,7 +2,7 @@
 
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
-use host_tools::identify::deadline::Deadline;
+use host_tools::deadline::Deadline;
 use host_tools::identify::evaluation::{Evaluation, EvaluationRemark, ParameterTreatment, evaluate};
 use host_tools::log::{Column, Log};
 use host_tools::model::Channel;

@@ -90,7 +90,7 @@ fn part_of(whole: u32, parts: u32) -> u32 {
 
 /// Compares the crystal with the reference.
 #[derive(Clone, Copy, Debug)]
-pub struct ClockReference {
+pub struct CrystalComparison {
     timer_Hz: u32,
     sequence: Option<Sequence>,
     /// The last edge, if it was rejected.
@@ -98,7 +98,7 @@ pub struct ClockReference {
     rejected: u32,
 }
 
-impl ClockReference {
+impl CrystalComparison {
     /// No pulse yet; the edge timer has `timer_Hz` steps per second of the crystal.
     pub fn new(timer_Hz: u32) -> Self {
         Self { timer_Hz, sequence: None, last_rejected: None, rejected: 0 }
@@ -153,7 +153,7 @@ mod tests {
 
     /// Edges at these times of the reference, s, by a crystal with this relative frequency error.
     fn compared(error: f64, at_s: impl IntoIterator<Item = f64>) -> ClockReading {
-        let mut reference = ClockReference::new(TIMER_STEPS);
+        let mut reference = CrystalComparison::new(TIMER_STEPS);
         at_s.into_iter().for_each(|at_s| reference.add(EdgeTime((at_s * (1.0 + error) * TIMER_HZ).round() as u64)));
         reference.reading()
     }
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn deviation_shows_the_jitter_and_a_restart_forgets_all() {
-        let mut reference = ClockReference::new(TIMER_STEPS);
+        let mut reference = CrystalComparison::new(TIMER_STEPS);
         // ± 1 µs in turn: intervals of 1 s ± 2 µs.
         (0..20).for_each(|k| reference.add(EdgeTime((f64::from(k) * TIMER_HZ) as u64 + if k % 2 == 0 { 180 } else { 0 })));
         let deviation_Hz = reference.reading().deviation_Hz.unwrap();

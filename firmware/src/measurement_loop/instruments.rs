@@ -3,7 +3,7 @@
 //! In: rows, as a [`RowSink`]. Out: readings, at any time. Shared between the measurement and the console on one thread; neither holds it
 //! across a wait.
 
-use super::clock_reference::{ClockReading, ClockReference};
+use super::clock_reference::{ClockReading, CrystalComparison};
 use super::drive_estimate::{DriveEstimator, DriveReading};
 use super::sensor_estimate::{SensorEstimator, SensorReading};
 use super::stability::{Stability, StabilityReading};
@@ -28,7 +28,7 @@ struct State {
     windows: Windows,
     drive: DriveEstimator,
     sensor: SensorEstimator,
-    clock: ClockReference,
+    clock: CrystalComparison,
 }
 
 impl Instruments {
@@ -44,7 +44,7 @@ impl Instruments {
                 windows: Windows::default(),
                 drive: DriveEstimator::default(),
                 sensor: SensorEstimator::default(),
-                clock: ClockReference::new(hardware.edge_timer_Hz as u32),
+                clock: CrystalComparison::new(hardware.edge_timer_Hz as u32),
             }),
         }
     }

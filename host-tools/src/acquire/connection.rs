@@ -2,7 +2,7 @@
 //! or the emulated chip in virtual time ([`SimulatedConnection`]).
 
 use crate::acquire::link::{BAUD, LineLosses, LinkError, Received, Receiver, SerialLink, drives, sign, with_checksum};
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use chip_sim::machine::{Halt, Machine};
 use chip_sim::time::of_seconds;
 use hal_sim::board::PlantPort;

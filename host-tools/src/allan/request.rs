@@ -12,7 +12,7 @@ use super::noise::{self, MIN_POINTS};
 use super::time_stamps::{Steps, Timing};
 use super::units::Unit;
 use super::{AllanError, FLOOR, MAX_RELATIVE_TAU};
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::log::{OneColumn, times};
 use crate::statistics::uncertainty::{Estimate, Uncertainty};
 

@@ -14,6 +14,7 @@
 //! cancel the delay of the samples, which makes such a term of the gravity. The angle is corrected by the coefficients found, and the fit repeated with both terms:
 //! the uncertainty of the correction is in that of scale, angle and bias.
 
+use super::crystal;
 use super::plateaus::{Plateau, plateaus};
 use super::{AbsenceReason, Basis, CalibrateError, Curve, CurveKind, Findings, Meaning, Remark, SeriesKind, Step};
 use crate::acquire::calibration_session::Session;
@@ -271,21 +272,24 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
     }
     let radius_error_m = session.assumptions.radius_error_m;
     let scatter = |u: f64, fit: &LeastSquares| Contribution::type_a("noise", u, fit.dof, Basis::WindowScatter { window_s: WINDOW_S });
+    // The centripetal force is that of the square of the rate.
+    let clock = |value: f64| crystal::clock(&session.assumptions, -2.0 * value);
     match far {
         Some(far) => {
             let (other, other_u) = far.product();
             let apart_m = far.radius_m - near_m;
             let scale = (other - product) / apart_m;
             let basis = Basis::RadiusHalfWidth { half_width_m: radius_error_m };
-            let contributions = vec![
+            let mut contributions = vec![
                 scatter(u / apart_m.abs(), &near.x),
                 scatter(other_u / apart_m.abs(), &far.x),
                 Contribution::rectangular("near radius", radius_error_m, "m", scale / apart_m, basis.clone()),
                 Contribution::rectangular("far radius", radius_error_m, "m", scale / apart_m, basis),
             ];
-            let q = Quantity::new("scale", "1", scale, contributions).meaning(Meaning::ScaleByTwoRadii);
-            let scale_u = q.combined_u();
-            findings.quantities.push(q);
+            // The error of the clock is that of the products too: it cancels in the radius.
+            let scale_u = Quantity::new("scale", "1", scale, contributions.clone()).combined_u();
+            contributions.push(clock(scale));
+            findings.quantities.push(Quantity::new("scale", "1", scale, contributions).meaning(Meaning::ScaleByTwoRadii));
             let contributions = vec![
                 scatter(u / scale, &near.x),
                 Contribution::type_b("scale", scale_u, "1", product / scale / scale, Basis::ScaleByTwoRadii),
@@ -297,11 +301,13 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
             let contributions = vec![
                 scatter(u / near_m, &near.x),
                 Contribution::rectangular("radius", radius_error_m, "m", product / near_m / near_m, basis),
+                clock(product / near_m),
             ];
             findings.quantities.push(Quantity::new("scale", "1", product / near_m, contributions).meaning(Meaning::ScaleAtGivenRadius));
             let percent = session.assumptions.scale_percent;
             let basis = Basis::AssumedScale { half_width_percent: percent };
-            let contributions = vec![scatter(u, &near.x), Contribution::rectangular("scale", percent / 100.0, "1", product, basis)];
+            let contributions =
+                vec![scatter(u, &near.x), Contribution::rectangular("scale", percent / 100.0, "1", product, basis), clock(product)];
             let q = Quantity::new("radius_m", "m", product, contributions).meaning(Meaning::RadiusAtUnitScale);
             findings.quantities.push(q);
         }

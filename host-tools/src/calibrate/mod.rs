@@ -27,7 +27,7 @@ pub mod stored_record;
 pub mod trend;
 
 pub use crate::acquire::calibration_session::{Assumptions, DutKind, MeasuredCrystal, Mounting, Orientation, Step};
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::statistics::uncertainty;
 pub use note::{AbsenceReason, Basis, Meaning, Remark};
 use response_function::ResponseFunction;

@@ -7,7 +7,7 @@ use super::step_table::{StepTableError, read_steps};
 use super::{Assumptions, CalibrateError, DutKind, Findings, Step, accel, crystal, drive, gyro};
 use crate::acquire::calibration_session::journal::{Journal, JournalError, StepRecord, read_log, read_logs, sha256};
 use crate::acquire::calibration_session::{Limits, Session};
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::log::Log;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};

@@ -25,7 +25,7 @@ use crate::calibrate::record::{self, CalibrationRecord, ForeignSession, RecordEr
 use crate::calibrate::step_table;
 use crate::calibrate::store::RecordStore;
 use crate::calibrate::stored_record::RECORD_FILE;
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::model::Model;
 use crate::report::calibration as report;
 

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::error::CliError;
 use super::import::ImportOptions;
 use super::output::{ReportOutput, SeriesOutput, spinner, style};
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
 use crate::identify::explain::criteria::JoiningCriteria;
 use crate::identify::explain::join_logs::join;

@@ -15,7 +15,7 @@ use super::output::{JsonOutput, ReportOutput, SeriesOutput, print, spinner, styl
 use super::profile::ProfileOptions;
 use super::stand_file::hide_effect;
 use crate::acquire::simulation::simulate;
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::identify::evaluation::ParameterTreatment;
 use crate::identify::explain;
 use crate::model::Model;

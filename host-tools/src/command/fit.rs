@@ -8,7 +8,7 @@ use super::compare::{evaluate_and_report, implausible_log, read_log_and_model};
 use super::error::CliError;
 use super::import::ImportOptions;
 use super::output::{Overwrite, ReportOutput, SeriesOutput, TimeLimit, spinner, style};
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::identify::equation_error::{self, EquationErrorFailure, EquationErrorResult};
 use crate::identify::evaluation::ParameterTreatment;
 use crate::identify::fit::parameters::Parameters;

@@ -10,7 +10,7 @@ use super::measurement::{DriftWarning, Measurement, Movement, SeparatedDrift};
 use super::positions::{PositionFit, PositionModel};
 use super::separation::{self, PlatformDrift};
 use super::session_fit::{FitRow, LOG10_SIGNIFICANCE, SessionFit};
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::statistics::uncertainty::{Estimate, Uncertainty};
 use hal_sim::gyro::Orientation;
 use std::f64::consts::PI;

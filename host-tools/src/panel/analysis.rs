@@ -8,11 +8,11 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::jobs::{CANCELLED, Job, message};
+use super::jobs::{CANCELLED, Job, JobError, message};
 use super::parts::Panel;
 use super::stage::Stage;
+use crate::deadline::Deadline;
 use crate::files;
-use crate::identify::deadline::Deadline;
 use crate::identify::evaluation::{Evaluated, Evaluation, ParameterTreatment, evaluate};
 use crate::identify::explain::{Criteria, ExplainError, Explanation, Verdict, explain_until};
 use crate::identify::explain_logs::read_for;
@@ -36,7 +36,7 @@ pub fn command(panel: &Panel, kind: &str, log: &str, model: &str) -> Result<Stri
     Ok(format!("stand {kind} {log} --model {model}{out}"))
 }
 
-fn read(panel: &Panel, log: &str, model: &str, job: &Job) -> Result<(Log, Model), String> {
+fn read(panel: &Panel, log: &str, model: &str, job: &Job) -> Result<(Log, Model), JobError> {
     job.stage(Stage::Reading, None);
     let model = Model::read(panel.session.existing(model).map_err(message)?).map_err(message)?;
     let (path, read_model) = (panel.session.existing(log).map_err(message)?, model.clone());
@@ -66,20 +66,20 @@ fn bad_log(log: &Log, findings: &[crate::log::plausible::Defect]) -> String {
 ///
 /// # Errors
 /// In words.
-pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool, job: &Job) -> Result<String, String> {
+pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool, job: &Job) -> Result<String, JobError> {
     let (log, model) = read(panel, log_name, model_name, job)?;
     job.stage(if fits { Stage::Fitting } else { Stage::Simulating }, None);
     let treatment = if fits { ParameterTreatment::Fitted } else { ParameterTreatment::Kept };
     let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
     let evaluated = match evaluate(&log, &model, treatment, deadline).map_err(message)? {
-        Evaluation::ImplausibleLog(findings) => return Err(bad_log(&log, &findings)),
+        Evaluation::ImplausibleLog(findings) => return Err(bad_log(&log, &findings).into()),
         Evaluation::Evaluated(evaluated) => *evaluated,
     };
     if job.is_cancelled() {
-        return Err("cancelled".to_owned());
+        return Err(JobError::Cancelled);
     }
     if fits && !evaluated.result.converged && deadline.has_passed() {
-        return Err(format!("the fit has not converged within {TIME_LIMIT_S} s; the model is unchanged"));
+        return Err(format!("the fit has not converged within {TIME_LIMIT_S} s; the model is unchanged").into());
     }
     let kind = if fits { "fit" } else { "compare" };
     let answer = panel.session.free_name(kind, "json");
@@ -139,7 +139,7 @@ impl SignatureRequest {
 ///
 /// # Errors
 /// In words.
-pub fn signature(panel: &Arc<Panel>, request: &SignatureRequest, job: &Job) -> Result<String, String> {
+pub fn signature(panel: &Arc<Panel>, request: &SignatureRequest, job: &Job) -> Result<String, JobError> {
     let SignatureRequest { log: log_name, model: model_name, effect, parameters } = request;
     let (log, mut without) = read(panel, log_name, model_name, job)?;
     let mut with = without.clone();
@@ -156,7 +156,9 @@ pub fn signature(panel: &Arc<Panel>, request: &SignatureRequest, job: &Job) -> R
     let rows = series(&log, &before.data, &before.result).map_err(message)?;
     let with_rows = series(&log, &after.data, &after.result).map_err(message)?;
     if rows.t_s() != with_rows.t_s() {
-        return Err(format!("{effect}: the model with it does not describe all rows of {log_name} that the model without it describes"));
+        return Err(
+            format!("{effect}: the model with it does not describe all rows of {log_name} that the model without it describes").into()
+        );
     }
     let modelled = |column: &&Column| column.name.ends_with("_model");
     let predicted = with_rows
@@ -180,17 +182,17 @@ pub fn signature(panel: &Arc<Panel>, request: &SignatureRequest, job: &Job) -> R
 }
 
 /// A fit that has converged.
-fn fitted<'a>(log: &'a Log, model: &Model, job: &Job) -> Result<Evaluated<'a>, String> {
+fn fitted<'a>(log: &'a Log, model: &Model, job: &Job) -> Result<Evaluated<'a>, JobError> {
     let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
     let evaluated = match evaluate(log, model, ParameterTreatment::Fitted, deadline).map_err(message)? {
-        Evaluation::ImplausibleLog(findings) => return Err(bad_log(log, &findings)),
+        Evaluation::ImplausibleLog(findings) => return Err(bad_log(log, &findings).into()),
         Evaluation::Evaluated(evaluated) => *evaluated,
     };
     if job.is_cancelled() {
-        return Err("cancelled".to_owned());
+        return Err(JobError::Cancelled);
     }
     if !evaluated.result.converged {
-        return Err(format!("the fit with {} has not converged within {TIME_LIMIT_S} s", model.effect_names().join(", ")));
+        return Err(format!("the fit with {} has not converged within {TIME_LIMIT_S} s", model.effect_names().join(", ")).into());
     }
     Ok(evaluated)
 }
@@ -219,20 +221,20 @@ fn write_values(panel: &Panel, name: &str, model: &Model, fit: &crate::identify:
 ///
 /// # Errors
 /// In words.
-pub fn explain(panel: &Arc<Panel>, log_name: &str, model_name: &str, job: &Job) -> Result<String, String> {
+pub fn explain(panel: &Arc<Panel>, log_name: &str, model_name: &str, job: &Job) -> Result<String, JobError> {
     let (log, model) = read(panel, log_name, model_name, job)?;
     let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
     let progress = |stage: &crate::identify::explain::Progress| job.stage(stage.into(), None);
     let explanation: Explanation = match explain_until(deadline, Criteria::default(), vec![log], &model, &progress) {
         Ok(explanation) => explanation,
-        Err(ExplainError::BadLog { log, findings }) => return Err(bad_log(&log, &findings)),
-        Err(error) => return Err(error.to_string()),
+        Err(ExplainError::BadLog { log, findings }) => return Err(bad_log(&log, &findings).into()),
+        Err(error) => return Err(error.to_string().into()),
     };
     if job.is_cancelled() {
-        return Err("cancelled".to_owned());
+        return Err(JobError::Cancelled);
     }
     if explanation.verdict == Verdict::NotFinished {
-        return Err(format!("the time limit of {TIME_LIMIT_S} s has ended the search"));
+        return Err(format!("the time limit of {TIME_LIMIT_S} s has ended the search").into());
     }
     let answer = panel.session.free_name("explain", "json");
     let mut json = report::explain_json(&explanation);

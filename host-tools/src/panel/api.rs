@@ -22,7 +22,7 @@ use super::measure;
 use super::measure_routes;
 use super::parts::Panel;
 use super::recording::{self, RecordRequest};
-use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed, start_job};
+use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed, start_claiming_job, start_job};
 use super::session::quoted;
 use super::{export, import};
 use crate::acquire::link::{REPLY_TIMEOUT, is_harmless, supervises};
@@ -136,7 +136,10 @@ fn check_line(line: &str) -> Result<(), ApiError> {
 async fn record(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: RecordRequest = parsed(&body)?;
     let prepared = request.prepare(&panel).map_err(ApiError::from)?;
-    start_job(&panel, "record", &prepared.command.clone(), true, move |panel, job| recording::run(panel, &prepared, job))
+    let (command, prepared) = (prepared.command.clone(), Arc::new(prepared));
+    let claiming = (panel.clone(), prepared.clone());
+    let claim = move || recording::claim(&claiming.0, &claiming.1);
+    start_claiming_job(&panel, "record", &command, true, claim, move |panel, job| recording::run(panel, &prepared, job))
 }
 
 async fn cancel(_: Admitted, State(panel): Shared) -> Answer {

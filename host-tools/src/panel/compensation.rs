@@ -11,7 +11,7 @@ use stand_firmware::compensation::Compensation;
 use super::analysis::write_json;
 use super::connection::PanelConnection;
 use super::control::ClientId;
-use super::jobs::{CANCELLED, Job};
+use super::jobs::{CANCELLED, Job, JobError};
 use super::parts::Panel;
 use super::stage::Stage;
 use crate::acquire::link::REPLY_TIMEOUT;
@@ -67,7 +67,7 @@ impl CompensateRequest {
 ///
 /// # Errors
 /// In words.
-pub fn run(panel: &Arc<Panel>, request: &CompensateRequest, job: &Job) -> Result<String, String> {
+pub fn run(panel: &Arc<Panel>, request: &CompensateRequest, job: &Job) -> Result<String, JobError> {
     job.stage(Stage::ReadingSettings, None);
     let stops = panel.line.stops();
     let mut stand = PanelConnection::new(panel.line.clone(), request.client);

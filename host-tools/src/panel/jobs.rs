@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::lock::locked;
 use super::stage::{Request, Stage};
 
-/// Ends the computation that runs. Static, as [`crate::identify::deadline::Deadline`] requires; there is one panel in a process and one job in a panel.
+/// Ends the computation that runs. Static, as [`crate::deadline::Deadline`] requires; there is one panel in a process and one job in a panel.
 pub static CANCELLED: AtomicBool = AtomicBool::new(false);
 
 /// Interval between looks at the switch that cancels, and for the reply of a person.
@@ -22,6 +22,28 @@ const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// An error as the line of text that the page shows.
 pub fn message(error: impl std::fmt::Display) -> String {
     error.to_string()
+}
+
+/// Why a job gave no answer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum JobError {
+    /// It was cancelled, and nothing else is to be said.
+    Cancelled,
+    /// An error of the program, a line of text.
+    Failed(String),
+}
+
+impl JobError {
+    /// An error of the library, which may be that of an interruption.
+    pub fn of<E: std::fmt::Display>(error: E, is_interruption: impl Fn(&E) -> bool) -> Self {
+        if is_interruption(&error) { JobError::Cancelled } else { JobError::Failed(error.to_string()) }
+    }
+}
+
+impl From<String> for JobError {
+    fn from(text: String) -> Self {
+        JobError::Failed(text)
+    }
 }
 
 /// A job, as the page shows it.
@@ -37,15 +59,13 @@ pub struct JobState {
     pub uses_stand: bool,
     /// Present stage.
     pub stage: Stage,
-    /// Number of the step of a session, from 1; 0: none.
-    pub step: usize,
     /// What the person at the page is asked to do, before the job goes on; empty: nothing.
     pub asks: Vec<Request>,
     /// Completed fraction, 0 … 1; `None`: unknown.
     pub fraction: Option<f64>,
-    /// Why it failed; empty: it did not.
+    /// Why it failed; empty: it did not, or was cancelled and there is nothing else to say.
     pub error: String,
-    /// It failed because it was cancelled.
+    /// It was cancelled before it had an answer.
     pub is_cancelled: bool,
     /// Name of its answer in the session; empty: none.
     pub answer: String,
@@ -70,11 +90,6 @@ impl Job {
         self.0.change(|state| (state.stage, state.fraction) = (stage, fraction));
     }
 
-    /// Shows the step of a session.
-    pub fn step(&self, number: usize) {
-        self.0.change(|state| state.step = number);
-    }
-
     /// Asks the person at the page to do something and waits for the reply; `None`: the job was cancelled, or the stand stopped.
     pub fn ask(&self, requests: Vec<Request>, is_stopped: impl Fn() -> bool) -> Option<String> {
         locked(&self.0.reply).take();
@@ -94,15 +109,17 @@ impl Job {
     ///
     /// # Errors
     /// The job is cancelled, or the system has no thread.
-    pub fn while_reading<T: Send + 'static>(&self, read: impl FnOnce() -> T + Send + 'static) -> Result<T, String> {
+    pub fn while_reading<T: Send + 'static>(&self, read: impl FnOnce() -> T + Send + 'static) -> Result<T, JobError> {
         let (done, result) = mpsc::channel();
         std::thread::Builder::new().name("reading".to_owned()).spawn(move || drop(done.send(read()))).map_err(message)?;
         loop {
             match result.recv_timeout(POLL_INTERVAL) {
                 Ok(result) => return Ok(result),
-                Err(RecvTimeoutError::Timeout) if self.is_cancelled() => return Err("cancelled".to_owned()),
+                Err(RecvTimeoutError::Timeout) if self.is_cancelled() => return Err(JobError::Cancelled),
                 Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return Err("the file could not be read: internal error".to_owned()),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(JobError::Failed("the file could not be read: internal error".to_owned()));
+                }
             }
         }
     }
@@ -130,15 +147,17 @@ impl Jobs {
         state.is_running && state.uses_stand
     }
 
-    /// Starts a job, which returns the name of its answer; `uses_stand`: it has the stream until its end.
+    /// Starts a job, which returns the name of its answer; `uses_stand`: it has the stream until its end. `claim` is made before the request is answered, so that it
+    /// does not depend on when the job begins.
     ///
     /// # Errors
-    /// In words for the page: another job runs, or the system has no thread.
+    /// In words for the page: another job runs, the claim is refused, or the system has no thread.
     pub fn start(
         &self,
         kind: &str,
         uses_stand: bool,
-        work: impl FnOnce(&Job) -> Result<String, String> + Send + 'static,
+        claim: impl FnOnce() -> Result<(), String>,
+        work: impl FnOnce(&Job) -> Result<String, JobError> + Send + 'static,
     ) -> Result<u64, String> {
         let number = {
             let mut state = locked(&self.state);
@@ -149,18 +168,23 @@ impl Jobs {
             *state = JobState { number: state.number + 1, kind: kind.to_owned(), is_running: true, uses_stand, ..JobState::default() };
             state.number
         };
+        if let Err(error) = claim() {
+            self.change(|state| (state.is_running, state.error) = (false, error.clone()));
+            return Err(error);
+        }
         (self.changed)(self.state());
         let jobs = self.clone();
         let run = move || {
             let job = Job(jobs.clone());
             // A panic of an analysis is a failed job, not a job that runs forever.
             let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| work(&job)));
-            let result = result.unwrap_or_else(|_| Err("the analysis failed with an internal error".to_owned()));
+            let result = result.unwrap_or_else(|_| Err(JobError::Failed("the analysis failed with an internal error".to_owned())));
             jobs.change(|state| {
                 state.is_running = false;
                 match result {
                     Ok(answer) => state.answer = answer,
-                    Err(error) => (state.error, state.is_cancelled) = (error, job.is_cancelled()),
+                    Err(JobError::Cancelled) => state.is_cancelled = true,
+                    Err(JobError::Failed(error)) => (state.error, state.is_cancelled) = (error, job.is_cancelled()),
                 }
             });
         };

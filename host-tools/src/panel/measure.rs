@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::analysis::write_json;
 use super::connection::PanelConnection;
 use super::control::ClientId;
-use super::jobs::{CANCELLED, Job, message};
+use super::jobs::{CANCELLED, Job, JobError, message};
 use super::line::Line;
 use super::parts::Panel;
 use super::session::{Session, quoted};
@@ -25,14 +25,15 @@ use crate::acquire::calibration_session::simulated::{simulate, stand_with_dut};
 use crate::acquire::calibration_session::{DutKind, Instruction, Mounting, PreparedSession, SessionChanges};
 use crate::acquire::connection::StandConnection;
 use crate::acquire::drift_session::{self, CyclePlan, DriftSessionError, DriftSessionProgress, DriftSessionRequest, VisitOrder};
-use crate::allan::{Request as AllanDeviation, Taus};
+use crate::allan::{AllanError, Request as AllanDeviation, Taus};
+use crate::calibrate::CalibrateError;
 use crate::calibrate::record::{self, RecordError};
 use crate::calibrate::stored_record::RECORD_FILE;
-use crate::drift::error::within;
+use crate::deadline::Deadline;
+use crate::drift::error::{DriftError, within};
 use crate::drift::inequality::check_amplitudes;
 use crate::drift::measurement::{Measurement, SetupUncertainties};
 use crate::files;
-use crate::identify::deadline::Deadline;
 use crate::report::json::value;
 use crate::report::units::Units;
 use crate::report::{allan as allan_report, calibration as calibration_report, drift as drift_report};
@@ -47,7 +48,7 @@ fn cancelled() -> Deadline {
 }
 
 /// Writes the answer and its report as `NAME.json` and `NAME.html`; the name of the first.
-fn write_answer(panel: &Panel, name: &str, answer: &Value, html: &str) -> Result<String, String> {
+fn write_answer(panel: &Panel, name: &str, answer: &Value, html: &str) -> Result<String, JobError> {
     let json = format!("{name}.json");
     let page = panel.session.new_file(&format!("{name}.html")).map_err(message)?;
     files::replace_text(&page, html).map_err(|error| format!("{}: {error}", page.display()))?;
@@ -126,12 +127,12 @@ impl AllanRequest {
 ///
 /// # Errors
 /// In words.
-pub fn allan(panel: &Panel, prepared: Prepared<AllanDeviation>, job: &Job) -> Result<String, String> {
+pub fn allan(panel: &Panel, prepared: Prepared<AllanDeviation>, job: &Job) -> Result<String, JobError> {
     job.stage(Stage::Reading, None);
     let request = prepared.work.clone();
     let recorded = job.while_reading(move || request.read())?.map_err(message)?;
     job.stage(Stage::Deviations, None);
-    let answer = prepared.work.analyse(recorded, cancelled()).map_err(message)?;
+    let answer = prepared.work.analyse(recorded, cancelled()).map_err(|e| JobError::of(e, |e| matches!(e, AllanError::Interrupted)))?;
     let display = allan_report::Display::new(&answer, Units::default());
     let mut json = allan_report::json(&answer, &display);
     json["text"] = allan_report::text(&answer, &display).into();
@@ -236,7 +237,7 @@ impl DriftRequest {
 ///
 /// # Errors
 /// In words.
-pub fn drift(panel: &Panel, prepared: &Prepared<PreparedDrift>, job: &Job) -> Result<String, String> {
+pub fn drift(panel: &Panel, prepared: &Prepared<PreparedDrift>, job: &Job) -> Result<String, JobError> {
     let PreparedDrift { client, place, request, latitude_deg, seed } = &prepared.work;
     let show = |DriftSessionProgress { visit, visits, position, state }: DriftSessionProgress| {
         let stage = Stage::Visit { visit, visits, position, state: state.to_owned() };
@@ -265,13 +266,13 @@ pub fn drift(panel: &Panel, prepared: &Prepared<PreparedDrift>, job: &Job) -> Re
             (block_on(drift_session::measure(&mut stand, request, turn, show)), panel.line.name().to_owned(), *latitude_deg)
         }
     };
-    let recording = recording.map_err(message)?;
+    let recording = recording.map_err(|e| JobError::of(e, |e| matches!(e, DriftSessionError::Interrupted)))?;
     job.stage(Stage::Drift, None);
     let path = panel.session.new_file(&format!("{}.parquet", prepared.name)).map_err(message)?;
     // The rows are kept also where no drift can be computed from them; that reason is the first to be shown.
     let kept = recording.log(&path, &request.plan, latitude_deg).and_then(|log| log.write(&path));
     let measurement = Measurement::of_recording(source, &recording, latitude_deg, SetupUncertainties::default()).map_err(message)?;
-    let result = measurement.evaluate_until(cancelled()).map_err(message)?;
+    let result = measurement.evaluate_until(cancelled()).map_err(|e| JobError::of(e, |e| matches!(e, DriftError::Interrupted)))?;
     kept.map_err(message)?;
     let mut json = drift_report::json(&result, Units::default());
     json["text"] = drift_report::text(&result, Units::default()).into();
@@ -336,8 +337,8 @@ pub struct InterruptedSession {
     done: usize,
     /// Names and durations of all steps, s.
     steps: Vec<(String, f64)>,
-    /// It was begun on a simulated stand.
-    is_simulated: bool,
+    /// Seed of the simulated stand on which it was begun; `None`: a real one.
+    simulated_seed: Option<u64>,
 }
 
 /// The calibration sessions of the folder that can be continued: steps or the record are missing.
@@ -348,13 +349,13 @@ pub fn interrupted(session: &Session) -> Vec<InterruptedSession> {
         let journal = begun?;
         let has_record = folder.join(RECORD_FILE).is_file();
         let steps: Vec<(String, f64)> = session.steps.iter().map(|step| (step.name.clone(), step.seconds)).collect();
-        (journal.steps.len() < steps.len() || !has_record).then(|| InterruptedSession {
+        (journal.steps.len() < steps.len() || !has_record).then_some(InterruptedSession {
             name,
             kind: session.dut_kind,
             serial: session.serial,
             done: journal.steps.len(),
             steps,
-            is_simulated: journal.simulated_seed.is_some(),
+            simulated_seed: journal.simulated_seed,
         })
     };
     session.folders().into_iter().filter_map(of).collect()
@@ -379,8 +380,8 @@ impl ResumeRequest {
         let found = interrupted(&panel.session).into_iter().find(|interrupted| interrupted.name == name);
         let found = found.ok_or_else(|| format!("`{}`: no interrupted calibration session of this folder", name.escape_default()))?;
         let session = PreparedSession::resume(&panel.session.folder().join(&name)).map_err(message)?;
-        let seed = session.begun.as_ref().and_then(|journal| journal.simulated_seed);
-        let place = if found.is_simulated { Place::Simulated } else { Place::Stand };
+        let seed = found.simulated_seed;
+        let place = if seed.is_some() { Place::Simulated } else { Place::Stand };
         place.check(panel, client)?;
         let of_seed = seed.map_or(String::new(), |seed| format!(" --seed {seed}"));
         let command = format!(
@@ -411,7 +412,7 @@ impl Operator for PageOperator<'_> {
 ///
 /// # Errors
 /// In words.
-pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &Job) -> Result<String, String> {
+pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &Job) -> Result<String, JobError> {
     let PreparedCalibration { client, place, session, seed } = &prepared.work;
     let folder = panel.session.folder().join(&prepared.name);
     let seconds = session.session.seconds();
@@ -420,7 +421,6 @@ pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &
         let (step, left) = (p.step.to_owned(), format!("{minutes}:{rest:02}"));
         let stage = Stage::Step { number: p.number, of: p.of, step, left, rate_rad_s: p.rate_rad_s };
         job.stage(stage, Some((1.0 - p.left_s / seconds).clamp(0.0, 1.0)));
-        job.step(p.number);
         !job.is_cancelled()
     };
     let done = match place {
@@ -436,11 +436,12 @@ pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &
             ))
         }
     };
-    done.map_err(|error| ended_early(&folder, &prepared.name, &error))?;
+    done.map_err(|error| ended_early(&folder, &prepared.name, error))?;
     job.stage(Stage::Record, None);
     let record = record::compute_until(&folder, cancelled()).map_err(|error| match error {
-        RecordError::Calibrate(error) => calibration_report::calibrate_error(&error),
-        other => other.to_string(),
+        RecordError::Calibrate(CalibrateError::Interrupted) => JobError::Cancelled,
+        RecordError::Calibrate(error) => JobError::Failed(calibration_report::calibrate_error(&error)),
+        other => JobError::Failed(other.to_string()),
     })?;
     let stored = calibration_report::stored(&record);
     let html = calibration_report::html(&record);
@@ -455,12 +456,14 @@ pub fn calibrate(panel: &Panel, prepared: &Prepared<PreparedCalibration>, job: &
     write_answer(panel, &prepared.name, &json, &html)
 }
 
-/// Text of a session that did not reach its end.
-fn ended_early(folder: &Path, name: &str, error: &RunError) -> String {
+/// Why a session did not reach its end.
+fn ended_early(folder: &Path, name: &str, error: RunError) -> JobError {
     if folder.join(JOURNAL_FILE).exists() {
-        format!("{error}; the recorded rows are in {name}, `stand calibrate … --out {name} --resume` continues the session")
+        JobError::Failed(format!(
+            "{error}; the recorded rows are in {name}, `stand calibrate … --out {name} --resume` continues the session"
+        ))
     } else {
-        error.to_string()
+        JobError::of(error, |error| matches!(error, RunError::Interrupted))
     }
 }
 

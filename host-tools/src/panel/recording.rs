@@ -13,10 +13,11 @@ use stand_firmware::telemetry::Channels;
 
 use super::connection::PanelConnection;
 use super::control::ClientId;
-use super::jobs::Job;
+use super::jobs::{Job, JobError};
 use super::parts::Panel;
 use super::stage::Stage;
-use crate::acquire::profile_recording::{ProfileRecordingRequest, early_end, record_profile};
+use crate::acquire::connection::ConnectionError;
+use crate::acquire::profile_recording::{ProfileRecordingError, ProfileRecordingRequest, early_end, record_profile};
 use crate::acquire::recording::{RecordingMonitor, RecordingProgress};
 use crate::log::Notes;
 
@@ -117,20 +118,26 @@ impl RecordingMonitor for Monitor<'_> {
     }
 }
 
-/// Records; the name of the log. A recording that ended early is an error that names the log with the rows until then.
+/// Lets an unattended recording run without its page, which may close as soon as the request is answered.
+///
+/// # Errors
+/// The page does not drive, in words.
+pub fn claim(panel: &Panel, prepared: &PreparedRecording) -> Result<(), String> {
+    let Some(duration) = prepared.unattended else { return Ok(()) };
+    panel.line.control().run_unattended(prepared.client, duration, Instant::now()).map_err(|error| error.to_string())
+}
+
+/// Records, after [`claim`]; the name of the log. A recording that ended early is an error that names the log with the rows until then.
 ///
 /// # Errors
 /// In words.
-pub fn run(panel: &Arc<Panel>, prepared: &PreparedRecording, job: &Job) -> Result<String, String> {
-    if let Some(duration) = prepared.unattended {
-        panel.line.control().run_unattended(prepared.client, duration, Instant::now()).map_err(|error| error.to_string())?;
-    }
+pub fn run(panel: &Arc<Panel>, prepared: &PreparedRecording, job: &Job) -> Result<String, JobError> {
     let result = record(panel, prepared, job);
     panel.line.control().end_unattended(Instant::now());
     result
 }
 
-fn record(panel: &Arc<Panel>, prepared: &PreparedRecording, job: &Job) -> Result<String, String> {
+fn record(panel: &Arc<Panel>, prepared: &PreparedRecording, job: &Job) -> Result<String, JobError> {
     job.stage(Stage::Preparing, None);
     let path = panel.session.new_file(&prepared.log).map_err(|error| error.to_string())?;
     let request = ProfileRecordingRequest {
@@ -145,11 +152,13 @@ fn record(panel: &Arc<Panel>, prepared: &PreparedRecording, job: &Job) -> Result
     };
     let mut stand = PanelConnection::new(panel.line.clone(), prepared.client);
     let mut monitor = Monitor { job, seconds: prepared.seconds };
-    let recording = block_on(record_profile(&mut stand, &request, &mut monitor)).map_err(|error| error.to_string())?;
+    let recording = block_on(record_profile(&mut stand, &request, &mut monitor));
+    let recording =
+        recording.map_err(|e| JobError::of(e, |e| matches!(e, ProfileRecordingError::Connection(ConnectionError::Interrupted))))?;
     let lost = recording.lost_rows;
     match early_end(&recording.end) {
         None if lost == 0 => Ok(prepared.log.clone()),
-        None => Err(format!("{lost} rows were lost; the log is {}", prepared.log)),
-        Some(reason) => Err(format!("ended early: {reason}; the rows until then are in {}", prepared.log)),
+        None => Err(format!("{lost} rows were lost; the log is {}", prepared.log).into()),
+        Some(reason) => Err(format!("ended early: {reason}; the rows until then are in {}", prepared.log).into()),
     }
 }

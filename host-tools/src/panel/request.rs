@@ -12,7 +12,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use super::jobs::Job;
+use super::jobs::{Job, JobError};
 use super::parts::Panel;
 
 /// Why a request failed: one line for the person.
@@ -62,11 +62,23 @@ pub fn start_job(
     kind: &str,
     command: &str,
     uses_stand: bool,
-    work: impl FnOnce(&Arc<Panel>, &Job) -> Result<String, String> + Send + 'static,
+    work: impl FnOnce(&Arc<Panel>, &Job) -> Result<String, JobError> + Send + 'static,
+) -> Answer {
+    start_claiming_job(panel, kind, command, uses_stand, || Ok(()), work)
+}
+
+/// The same for a job with a claim.
+pub fn start_claiming_job(
+    panel: &Arc<Panel>,
+    kind: &str,
+    command: &str,
+    uses_stand: bool,
+    claim: impl FnOnce() -> Result<(), String>,
+    work: impl FnOnce(&Arc<Panel>, &Job) -> Result<String, JobError> + Send + 'static,
 ) -> Answer {
     let shared = panel.clone();
     let work = move |job: &Job| work(&shared, job);
-    let number = panel.jobs.start(kind, uses_stand, work)?;
+    let number = panel.jobs.start(kind, uses_stand, claim, work)?;
     panel.hub.note(command, &[], &[]);
     panel.session.note_command(command);
     Ok(Json(json!({"job": number})))

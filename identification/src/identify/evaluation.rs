@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use super::constants;
-use super::deadline::Deadline;
 use super::fit::{
     self, FitError, FitResult, PreparedLog, Unidentifiable,
     prepare::{PreparationNote, PrepareError},
@@ -12,6 +11,7 @@ use super::predict::{by_prediction_errors, needs_prediction_errors};
 use super::recording_conventions::fit_as_recorded;
 use super::repetition::{Repetition, repetition};
 use super::residual::{self, Misfit};
+use crate::deadline::Deadline;
 use crate::identify::defects::defects;
 use crate::log::plausible::{Defect, ShiftedConstant};
 use crate::log::{Log, RateSource};

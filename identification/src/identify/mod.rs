@@ -1,7 +1,6 @@
 //! Identification: fit a model to a log, test where its residual has structure, find the missing effect.
 
 pub mod constants;
-pub mod deadline;
 pub mod defects;
 pub mod equation_error;
 pub mod evaluation;

@@ -11,14 +11,8 @@ use serde::{Deserialize, Serialize};
 pub struct ClockReference {
     /// What it is, for record and certificate: type, serial number, certificate.
     pub name: String,
-    /// Half-width of its relative frequency error, ppm.
-    #[serde(default = "default_error_ppm")]
+    /// Half-width of its relative frequency error, ppm. Without a default: a wrong one would be a small uncertainty of all rates.
     pub error_ppm: f64,
-}
-
-/// A laboratory's quartz standard between two calibrations; a receiver that is locked to satellites is better.
-fn default_error_ppm() -> f64 {
-    0.1
 }
 
 /// The crystal of the stand compared with the reference during a step.

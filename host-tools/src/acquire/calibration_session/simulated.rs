@@ -5,7 +5,7 @@ use super::error::RunError;
 use super::run::{Operator, Progress, run_session};
 use super::{DutKind, Instruction, Mounting, Orientation, PreparedSession, Session};
 use crate::acquire::connection::{SimulatedConnection, StandConnection};
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use hal_sim::board::PlantPort;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
@@ -34,7 +34,7 @@ pub fn stand_with_dut(stand: Option<Described>, seed: u64, session: &Session) ->
 /// Runs a session on a simulated stand; `seed` determines all noise. It ends early when `on_progress` returns false, or by the `deadline`.
 ///
 /// # Errors
-/// As [`run_session`]; an invalid stand; another seed than that of the interrupted session.
+/// As [`run_session`], which refuses to go on with another seed, since that is another serial number; an invalid stand.
 pub fn simulate(
     stand: &Described,
     seed: u64,
@@ -43,9 +43,6 @@ pub fn simulate(
     deadline: Deadline,
     on_progress: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
-    if let Some(begun) = prepared.begun.as_ref().and_then(|journal| journal.simulated_seed).filter(|begun| *begun != seed) {
-        return Err(RunError::Simulated(format!("the session was begun on the simulated stand of seed {begun}, not {seed}")));
-    }
     let prepared = &PreparedSession { simulated_seed: Some(seed), ..prepared.clone() };
     // The seed also determines the angle at power-on, spread by the golden ratio.
     let plant = Plant::new(stand, (seed as f64 * 0.618_033_988_749_895).fract() * std::f64::consts::TAU)

@@ -1,6 +1,6 @@
 use super::check::StandLimits;
 use super::*;
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 
 #[test]
 fn default_sessions_are_valid() {

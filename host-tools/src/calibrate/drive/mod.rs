@@ -14,7 +14,7 @@ mod sweep;
 use super::{Basis, CalibrateError, Findings, Step};
 use crate::acquire::calibration_session::Session;
 use crate::calibrate::Contribution;
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 
 /// Clock of the stand. `sensitivity`: change of the result per relative frequency error.
 pub(super) fn clock(session: &Session, sensitivity: f64) -> Contribution {

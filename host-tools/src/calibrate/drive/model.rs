@@ -5,7 +5,7 @@ use super::{clock, harmonics as torque_harmonics, reading_contributions};
 use crate::acquire::calibration_session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Remark, Step};
 use crate::calibrate::{Contribution, Quantity};
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::identify::fit::{self, FitResult};
 use crate::model::{Input, Model};
 use crate::statistics::Extremes;

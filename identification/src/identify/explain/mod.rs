@@ -63,8 +63,8 @@ pub use experiment::{NextExperiment, Purpose, Repeated, Separation};
 pub use join_logs::JoinError;
 pub use reasons::{NotVisible, Progress, Refusal, Remark};
 
+use crate::deadline::Deadline;
 use crate::identify::constants;
-use crate::identify::deadline::Deadline;
 use crate::identify::defects::defects;
 use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
 use crate::identify::fit::{FitError, Preparation, PreparedLog};

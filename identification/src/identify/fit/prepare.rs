@@ -8,7 +8,7 @@ use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, 
 use super::voltage;
 use drive_model::{Card, Requirement};
 
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::log::{Axis, Log, RateSource, VoltageSource};
 use crate::model::{BaseParameter, Channel, Input, Model};
 

@@ -11,7 +11,7 @@ use drive_rig::RowInput;
 use super::known_motion::KnownMotion;
 use super::predictor::Predictor;
 use super::voltage;
-use crate::identify::deadline::Deadline;
+use crate::deadline::Deadline;
 use crate::log::{Axis, Log};
 use crate::model::{Channel, Input};
 

@@ -48,7 +48,7 @@ fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a>
         channels: vec![channel],
         dt_s: ROW_S,
         held_out: None,
-        deadline: crate::identify::deadline::Deadline::NEVER,
+        deadline: crate::deadline::Deadline::NEVER,
     }
 }
 

@@ -1,4 +1,4 @@
-//! The time by which an analysis has to end with its best answer so far, and a switch that ends it at once.
+//! The time by which a computation or a wait has to end, an analysis with its best answer so far, and a switch that ends it at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ pub struct Deadline {
 }
 
 impl Deadline {
-    /// The analysis may take as long as it needs.
+    /// It may take as long as it needs.
     pub const NEVER: Deadline = Deadline { end: None, cancelled: None };
 
     /// So many seconds from now on; `None`: never. A time beyond the clock's range is never, too.
