@@ -5,7 +5,8 @@
 //! kept where the likelihood of the residuals rises clearly. Outliers are found first; see [`super::fit::outliers`].
 
 use super::fit::prepare::PreparationNote;
-use super::fit::{FitError, FitResult, PreparedLog, outliers, voltage};
+use super::fit::voltage::{self, Known, VoltageCourse};
+use super::fit::{FitError, FitResult, PreparedLog, outliers};
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
@@ -19,6 +20,8 @@ pub const MIN_GAIN: f64 = 20.0;
 pub enum Convention {
     /// The input holds values at t.
     InputAtT,
+    /// The input holds means over the row, within which it moves.
+    InputMoves,
     /// The current is its value at t.
     CurrentAtT,
     /// The rate is the mean over the last row, as differences of counts give it.
@@ -27,7 +30,7 @@ pub enum Convention {
 
 impl Convention {
     /// All of them, in the order in which they are tried.
-    pub const ALL: [Convention; 3] = [Convention::InputAtT, Convention::CurrentAtT, Convention::RateOverLastRow];
+    pub const ALL: [Convention; 4] = [Convention::InputAtT, Convention::InputMoves, Convention::CurrentAtT, Convention::RateOverLastRow];
 }
 
 /// A fit of the data, by the first argument; from the result of another fit, where there is one.
@@ -119,13 +122,20 @@ pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Optio
     match convention {
         Convention::InputAtT => {
             let column = data.driven.column();
-            if data.input_at_t || data.voltage_course_V.is_some() || data.driven == Input::Motion || log.notes().has_provenance(column) {
+            if data.input_at_t || data.voltage_course.is_some() || data.driven == Input::Motion || log.notes().has_provenance(column) {
                 return None;
             }
             data.input_at_t = true;
             data.input = voltage::input(log.column(column)?, true, &data.segments).into_owned().into();
-            data.voltage_course_V = voltage::voltage_course_V(log, data.driven, true, &data.segments);
+            data.voltage_course = VoltageCourse::expected(log, data.driven, Known::Values, &data.segments);
             Some(PreparationNote::AssumedAtT { column })
+        }
+        Convention::InputMoves => {
+            if data.input_at_t || data.voltage_course.is_some() || data.driven != Input::Voltage {
+                return None;
+            }
+            data.voltage_course = VoltageCourse::expected(log, data.driven, Known::Means, &data.segments);
+            Some(PreparationNote::AssumedToMove { column: data.driven.column() })
         }
         Convention::CurrentAtT => {
             let column = Channel::Current.column();

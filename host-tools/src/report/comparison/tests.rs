@@ -52,7 +52,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
         t_s: log.t_s().into(),
         axis: Default::default(),
         input: log.column("u_V").unwrap().into(),
-        voltage_course_V: None,
+        voltage_course: None,
         input_at_t: false,
         driven: crate::model::Input::Voltage,
         theta: log.column("theta_rad"),

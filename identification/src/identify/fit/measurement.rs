@@ -45,7 +45,7 @@ pub struct MeasurementChain<S> {
     window_s: f64,
     skew_s: Option<S>,
     filter: Vec<Lag<S>>,
-    /// The signal within rows is needed: for a window, a delay or the lag of a sensor.
+    /// The signal within rows is needed: for a window, a delay, a filter of the logger or the lag of a sensor.
     within_rows: bool,
     /// History of the signal for a window or a delay.
     history: Option<SignalHistory<S>>,
@@ -109,8 +109,8 @@ impl<S: Scalar> MeasurementChain<S> {
             over_row: channel.channel == Channel::Current && !channel.instant,
             window_s,
             skew_s,
+            within_rows: history.is_some() || (!filter.is_empty() && matches!(channel.channel, Channel::Rate | Channel::Angle)),
             filter,
-            within_rows: history.is_some() || lag_s.is_some(),
             history,
             last: None,
             increment: if channel.channel == Channel::Angle && !data.angle_is_absolute() { data.angle_lag() } else { 0 },

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::angle_jumps::angle_jumps;
 use super::known_motion::{self, KnownMotion, MeasuredAngle};
 use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, held_out_rows};
-use super::voltage;
+use super::voltage::{self, Known, VoltageCourse};
 use drive_model::{Card, Requirement};
 
 use crate::deadline::Deadline;
@@ -145,6 +145,11 @@ pub enum PreparationNote {
     },
     /// No note states how a column was made; it is assumed to hold values at t, which fits better than means over the row.
     AssumedAtT {
+        /// The column.
+        column: &'static str,
+    },
+    /// The log has means over the row of a voltage; it is assumed to move within the rows, which fits better than a constant voltage.
+    AssumedToMove {
         /// The column.
         column: &'static str,
     },
@@ -315,7 +320,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         t_s,
         known_motion,
         input: voltage::input(input, input_at_t, &segments),
-        voltage_course_V: voltage::voltage_course_V(log, model.input(), input_at_t, &segments),
+        voltage_course: VoltageCourse::expected(log, model.input(), if input_at_t { Known::Values } else { Known::Moments }, &segments),
         input_at_t,
         driven: model.input(),
         axis: model.axis(),

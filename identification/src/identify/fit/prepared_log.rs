@@ -11,6 +11,7 @@ use drive_rig::RowInput;
 use super::known_motion::KnownMotion;
 use super::predictor::Predictor;
 use super::voltage;
+use super::voltage::VoltageCourse;
 use crate::deadline::Deadline;
 use crate::log::{Axis, Log};
 use crate::model::{Channel, Input};
@@ -57,8 +58,8 @@ pub struct PreparedLog<'a> {
     pub t_s: Cow<'a, [f64]>,
     /// Mean of the input over each row; the angle for a prescribed motion.
     pub input: Cow<'a, [f64]>,
-    /// Course of the voltage within each row ([`RowInput::voltage_course_V`]); `None`: constant.
-    pub voltage_course_V: Option<Arc<[[f64; 3]]>>,
+    /// Course of the voltage within each row; `None`: constant.
+    pub voltage_course: Option<VoltageCourse>,
     /// The column of the input holds values at t; `input` is then the mean of two successive ones.
     pub input_at_t: bool,
     /// The motion that a sensor is compared with, by row; only for a prescribed motion with a rate or an angle among the outputs.
@@ -139,7 +140,7 @@ impl PreparedLog<'_> {
             t_s: self.t_s[row],
             dt_s: if inside { self.t_s[next] - self.t_s[row] } else { self.dt_s },
             input: self.input[row],
-            voltage_course_V: self.voltage_course_V.as_ref().map_or([0.0; 3], |course| course[row]),
+            voltage_course_V: self.voltage_course.as_ref().map_or([0.0; 3], |course| course.rows_V[row]),
             connected: self.connected.as_ref().map_or(1.0, |c| c[row]),
             theta: self
                 .theta
@@ -252,7 +253,7 @@ impl Preparation {
         Preparation(PreparedLog {
             t_s: Cow::Borrowed(&[]),
             input: Cow::Borrowed(&[]),
-            voltage_course_V: data.voltage_course_V.clone(),
+            voltage_course: data.voltage_course.clone(),
             input_at_t: data.input_at_t,
             known_motion: data.known_motion.clone(),
             driven: data.driven,

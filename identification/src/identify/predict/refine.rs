@@ -5,6 +5,10 @@
 //! innovations of a filter depend on no earlier noise; their estimates are consistent. Where a free run leaves more than noise, its
 //! parameters stay: the filter would take what the model lacks for a random torque.
 
+use nalgebra::{DMatrix, DVector};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng;
+
 use super::fit::Prediction;
 use crate::identify::fit::covariance::clustered;
 use crate::identify::fit::{self, FitResult, Iterate, PreparedLog, Problem, System};
@@ -28,9 +32,13 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
     let iterate = Iterate::new(system, &found.parameters, &following, &found.initial_states);
     let weights = fit::weights(&noise);
     let by_blocks = clustered(Problem { system, data: &following, weights: &weights }, &iterate, &iterate.normal_equations(&weights));
+    let by_course = by_course(system, &following, &iterate, &weights);
     let mut innovations = fit::evaluate(system, &following, iterate, &noise);
     if let Some(by_blocks) = by_blocks {
         widen(&mut innovations, &found.parameters.full_covariance(&by_blocks.matrix));
+    }
+    if let Some(by_course) = by_course {
+        add(&mut innovations, &found.parameters.full_covariance(&by_course));
     }
     let mut fixed = found.parameters.clone();
     fixed.list.iter_mut().for_each(|p| p.fixed = true);
@@ -46,9 +54,37 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
     })
 }
 
+/// Adds a covariance of the parameters that is independent of that of the fit.
+fn add(fit: &mut FitResult, other: &DMatrix<f64>) {
+    fit.covariance += other;
+    for (k, sigma) in fit.sigmas.iter_mut().enumerate() {
+        *sigma = sigma.hypot(other[(k, k)].max(0.0).sqrt());
+    }
+}
+
+/// Courses of the voltage that are drawn: their standard deviation is then known to a quarter.
+const COURSES: usize = 10;
+
+/// Covariance of the free coordinates by what the log leaves open of the voltage within its rows: of the steps to the minima with drawn courses (multiple imputation: Rubin,
+/// Multiple Imputation for Nonresponse in Surveys, 1987). `None` where nothing is open.
+fn by_course(system: &System, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
+    let course = data.voltage_course.as_ref()?;
+    let step_of = |iterate: &Iterate| Some(DVector::from_vec(iterate.normal_equations(weights).step(0.0, &[])?.parameters));
+    let here = step_of(iterate)?;
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(0);
+    let mut sum = DMatrix::zeros(here.len(), here.len());
+    for _ in 0..COURSES {
+        let mut other = data.clone();
+        other.voltage_course = Some(course.drawn(&data.input, &data.segments, &mut random)?);
+        let difference = step_of(&Iterate::new(system, &iterate.parameters, &other, &iterate.initial_states))? - &here;
+        sum += &difference * difference.transpose();
+    }
+    Some(sum * ((1.0 + 1.0 / COURSES as f64) / COURSES as f64))
+}
+
 /// Widens the standard errors to those of another covariance, where these are larger; the correlations stay. The counting error of an encoder at rest or at a
 /// steady rate is constant or periodic, not white as the filter takes it.
-fn widen(fit: &mut FitResult, other: &nalgebra::DMatrix<f64>) {
+fn widen(fit: &mut FitResult, other: &DMatrix<f64>) {
     let factors: Vec<f64> = (0..fit.sigmas.len())
         .map(|k| if fit.sigmas[k] > 0.0 { (other[(k, k)].max(0.0).sqrt() / fit.sigmas[k]).max(1.0) } else { 1.0 })
         .collect();

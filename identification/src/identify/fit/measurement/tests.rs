@@ -31,7 +31,7 @@ fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a>
         t_s: t_s.into(),
         axis: Default::default(),
         input: (&[]).into(),
-        voltage_course_V: None,
+        voltage_course: None,
         input_at_t: false,
         driven: Input::Voltage,
         theta: None,
@@ -130,6 +130,30 @@ fn lag_and_window_act_within_the_row() {
         let expected = (sum(t_s[k]) - sum(t_s[k] - ROW_S)) / ROW_S;
         assert!((mean[k].unwrap() - expected).abs() < 3e-3 * size, "row {k}: {:?} {expected}", mean[k]);
     }
+}
+
+/// A filter of the logger whose time constant is shorter than a row, as that of a rate sensor in rows of 1 ms: as the lag of a sensor. A straight line within the row
+/// would err by 6 %.
+#[test]
+fn filter_of_the_logger_acts_within_the_row() {
+    let (t_s, lag) = (rows(), 0.006);
+    let part = TAU_S / (TAU_S - lag);
+    let behind = |t: f64| part * rate(t) + (1.0 - part) * (-t / lag).exp();
+    let filter_hz = Some(1.0 / (std::f64::consts::TAU * lag));
+    let filtered = shown::<f64>(ComparedChannel { filter_hz, ..compared(Channel::Rate, None) }, &t_s, (None, None), (&[], 0.0));
+    for k in 1..ROWS {
+        assert!(
+            (filtered[k].unwrap() - behind(t_s[k])).abs() < 3e-3 * rate(t_s[k] - ROW_S),
+            "row {k}: {:?} {}",
+            filtered[k],
+            behind(t_s[k])
+        );
+    }
+    // A current is constant within the row: its filter sees straight lines between the rows.
+    let current = [0.0, 1.0, 1.0, 1.0];
+    let filtered =
+        shown::<f64>(ComparedChannel { filter_hz, ..compared(Channel::Current, None) }, &t_s[..4], (None, None), (&current, 0.0));
+    assert!(filtered[0] == Some(0.0) && filtered[3].is_some_and(|i| (0.99..1.0).contains(&i)), "{filtered:?}");
 }
 
 /// Central differences over 2e-7 s have an error of 1e-7 of slopes up to 1/τ.
