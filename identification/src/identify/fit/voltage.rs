@@ -23,8 +23,6 @@ const ROWS_BESIDE: usize = 3;
 /// Variance of the first moment of a random walk over a row, in the variance that the walk gains in the row; and that of its end, given mean and moment of the row.
 const MOMENT_VARIANCE: f64 = 0.3;
 const EDGE_VARIANCE: f64 = 0.125;
-/// Variance of the difference of the means over two neighbouring rows of a random walk, in the same unit.
-const STEP_VARIANCE: f64 = 2.0 / 3.0;
 /// Steps of a drawn random walk per row.
 const WALK_STEPS: u32 = 16;
 
@@ -109,10 +107,10 @@ impl VoltageCourse {
         let mut drawn = self.rows_V.to_vec();
         for rows in segments {
             let course = &self.rows_V[rows.clone()];
-            let variance = if self.known == Known::Moments {
-                walk_variance(&course.iter().map(|c| c[0]).collect::<Vec<_>>(), MOMENT_VARIANCE)
-            } else {
-                walk_variance(&steps(&means_V[rows.clone()]), STEP_VARIANCE)
+            let means = &means_V[rows.clone()];
+            let variance = match self.known {
+                Known::Moments => walk_variance(&differences_at_edges(means, course), 2.0 * EDGE_VARIANCE),
+                _ => walk_variance(&second_differences(means), 1.0),
             };
             let walk = random_walk(&variance, random);
             let means: Vec<f64> = walk.iter().map(|w| w[0]).collect();
@@ -147,13 +145,22 @@ fn by_values(u: &[f64], course: &mut [[f64; 3]]) {
     }
 }
 
-/// Difference of the mean of each row from that of the row before; 0 at the first.
-fn steps(means: &[f64]) -> Vec<f64> {
-    (0..means.len()).map(|k| means[k] - means[k.saturating_sub(1)]).collect()
+/// Difference at the begin of each row between the values that the row and the row before it tell; 0 at the first row and at jumps. For a random walk its variance is `EDGE_VARIANCE` times that
+/// which the walk gains in both rows; a smooth voltage has none, whatever its slope.
+fn differences_at_edges(means: &[f64], course: &[[f64; 3]]) -> Vec<f64> {
+    let moments: Vec<f64> = course.iter().map(|c| c[0]).collect();
+    let variance = walk_variance(&moments, MOMENT_VARIANCE);
+    let difference = |k: usize| edge_difference(means, &moments, &variance, k).unwrap_or(0.0);
+    (0..means.len()).map(|k| if k == 0 { 0.0 } else { difference(k) }).collect()
 }
 
-/// Variance that the random walk gains in each row, by the mean square of `values`, its moments or the steps of its means, in the rows around it. `of_one`: the variance of one value, in that
-/// of the walk.
+/// Second difference of the means, centred at each row; 0 at the ends. For a random walk its variance is that which the walk gains in a row.
+fn second_differences(means: &[f64]) -> Vec<f64> {
+    let n = means.len();
+    (0..n).map(|k| if k == 0 || k + 1 >= n { 0.0 } else { means[k + 1] - 2.0 * means[k] + means[k - 1] }).collect()
+}
+
+/// Variance that the random walk gains in each row, by the mean square of `values` in the rows around it. `of_one`: the variance of one value, in that of the walk.
 fn walk_variance(values: &[f64], of_one: f64) -> Vec<f64> {
     let n = values.len();
     let around = |k: usize| &values[k.saturating_sub(ROWS_BESIDE)..n.min(k + ROWS_BESIDE + 1)];
@@ -183,6 +190,13 @@ fn random_walk(variance: &[f64], random: &mut impl Rng) -> Vec<[f64; 4]> {
     variance.iter().map(row).collect()
 }
 
+/// Difference between the values at the begin of row `k` that this row and the row before it tell, each by its mean and moment; `None`: the voltage jumps there.
+fn edge_difference(means: &[f64], moments: &[f64], variance: &[f64], k: usize) -> Option<f64> {
+    let difference = (means[k] - 5.0 / 6.0 * moments[k]) - (means[k - 1] + 5.0 / 6.0 * moments[k - 1]);
+    let both = variance[k - 1] + variance[k];
+    (difference * difference < MIN_JUMP_SIGMAS.powi(2) * EDGE_VARIANCE * both).then_some(difference)
+}
+
 /// Expected course of a random walk with these means and first moments, which gains this variance in each row. The slopes at the edges, each over the variance of its row the same on both sides, are
 /// such that no value jumps there; at a jump they are zero.
 fn by_moments(means: &[f64], moments: &[f64], variance: &[f64], course: &mut [[f64; 3]]) {
@@ -191,14 +205,10 @@ fn by_moments(means: &[f64], moments: &[f64], variance: &[f64], course: &mut [[f
     // solved by elimination from the first edge.
     let (mut factor, mut slopes) = (vec![0.0; n + 1], vec![0.0; n + 1]);
     for k in 1..n {
-        let step = (means[k] - 5.0 / 6.0 * moments[k]) - (means[k - 1] + 5.0 / 6.0 * moments[k - 1]);
-        let both = variance[k - 1] + variance[k];
-        if step * step >= MIN_JUMP_SIGMAS.powi(2) * EDGE_VARIANCE * both {
-            continue;
-        }
-        let pivot = 3.0 * both - variance[k - 1] * factor[k - 1];
+        let Some(difference) = edge_difference(means, moments, variance, k) else { continue };
+        let pivot = 3.0 * (variance[k - 1] + variance[k]) - variance[k - 1] * factor[k - 1];
         factor[k] = variance[k] / pivot;
-        slopes[k] = (24.0 * step + variance[k - 1] * slopes[k - 1]) / pivot;
+        slopes[k] = (24.0 * difference + variance[k - 1] * slopes[k - 1]) / pivot;
     }
     for k in (1..n).rev() {
         slopes[k] += factor[k] * slopes[k + 1];
