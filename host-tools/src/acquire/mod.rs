@@ -8,7 +8,8 @@
 //!
 //! [`calibration_session`] and [`drift_session`] run the steps of a measurement through the first source.
 //! [`preparation`] brings a stand to rest, finds its index and reads its settings; [`record`] writes rows into a log file; [`settings`] saves and restores a
-//! stand's settings; [`serve`] is a simulated stand as a serial port; [`hidden`] adds an effect to a simulated stand.
+//! stand's settings; [`serve`] is a simulated stand as a serial port; [`hidden`] adds an effect to a simulated stand;
+//! [`profile_choice`] makes a profile of its name and parameters.
 
 pub mod calibration_session;
 pub mod connection;
@@ -16,6 +17,7 @@ pub mod drift_session;
 pub mod hidden;
 pub mod link;
 pub mod preparation;
+pub mod profile_choice;
 pub mod profile_recording;
 pub mod record;
 pub mod recording;

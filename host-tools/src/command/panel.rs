@@ -61,10 +61,11 @@ impl Panel {
     #[cfg(unix)]
     fn with_simulated_stand(&self, serve: impl Fn(&Path) -> Result<(), CliError>) -> Result<(), CliError> {
         use super::stand_file::{hide_effect, read_stand};
+        use crate::acquire::serve::SimulatedStand;
 
         let mut stand = read_stand(self.stand.as_deref())?;
         hide_effect(self.hidden.as_deref(), &mut stand)?;
-        let simulated = panel::SimulatedStand::start(stand, SEED).map_err(|error| CliError::Other(error.to_string()))?;
+        let simulated = SimulatedStand::start(stand, SEED).map_err(|error| CliError::Other(error.to_string()))?;
         serve(simulated.port())
     }
 

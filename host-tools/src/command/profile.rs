@@ -1,13 +1,13 @@
 //! Options that choose a profile and its parameters, shared by all commands that run one.
 //!
-//! The firmware's table [`PARAMETERS`] defines the parameters. A parameter that the chosen profile does not take is an error.
+//! A parameter that the chosen profile does not take is an error.
 
 use clap::Args;
-use hal_sim::session::SessionRequest;
-use stand_firmware::profile::{PARAMETERS, Parameter, Profile, ProfileConfig, ProfileKind};
+use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::Mode;
 
 use super::error::CliError;
+use crate::acquire::profile_choice::{ProfileChoiceError, choose_profile, parameters_of};
 
 /// The setpoint over time.
 #[derive(Debug, Clone, Args)]
@@ -82,10 +82,8 @@ impl ProfileOptions {
     /// # Errors
     /// The profile is unknown, does not take a given parameter, or rejects its value.
     pub(super) fn config(&self, mode: Mode, seed: u64) -> Result<ProfileConfig, CliError> {
-        let kind: ProfileKind = self.profile.parse().map_err(|e| CliError::Input(format!("--profile: {e}")))?;
-        let amplitude = self.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode));
-        let mut config = SessionRequest::usual_profile(mode, kind, amplitude, seed);
         let given = [
+            ("amplitude", self.amplitude),
             ("offset", self.offset),
             ("dwell_s", self.dwell_s),
             ("levels", self.levels),
@@ -99,15 +97,16 @@ impl ProfileOptions {
             ("cycles", self.cycles),
             ("turns", self.turns),
         ];
-        for (name, value) in given {
-            let (Some(value), Some(parameter)) = (value, Parameter::of_name(name)) else { continue };
-            if !kind.parameters().contains(&name) {
-                return Err(CliError::Input(format!("{}: not a parameter of profile {kind}, which takes {}", option(name), takes(kind))));
-            }
-            parameter.set(&mut config, value).map_err(|e| CliError::Input(format!("{}: {e}", option(name))))?;
-        }
-        Profile::for_mode(&config, mode).map_err(|e| CliError::Input(format!("{}: {e}", option(e.parameter()))))?;
-        Ok(config)
+        let given: Vec<(&str, f64)> = given.into_iter().filter_map(|(name, value)| Some((name, value?))).collect();
+        choose_profile(&self.profile, mode, seed, &given).map_err(|error| {
+            CliError::Input(match error {
+                ProfileChoiceError::Kind(message) => format!("--profile: {message}"),
+                ProfileChoiceError::NotTaken { parameter, kind } => {
+                    format!("{}: not a parameter of profile {kind}, which takes {}", option(&parameter), takes(kind))
+                }
+                ProfileChoiceError::Value(error) => format!("{}: {error}", option(error.parameter())),
+            })
+        })
     }
 }
 
@@ -119,8 +118,7 @@ fn names() -> String {
 
 /// Options that a profile takes, without the seed, which is an option of the command.
 fn takes(kind: ProfileKind) -> String {
-    let options: Vec<String> =
-        PARAMETERS.iter().filter(|p| kind.parameters().contains(&p.name) && p.name != "seed").map(|p| option(p.name)).collect();
+    let options: Vec<String> = parameters_of(kind).into_iter().map(option).collect();
     options.join(" ")
 }
 

@@ -26,8 +26,6 @@ mod request;
 mod security;
 mod server;
 mod session;
-#[cfg(unix)]
-mod simulated;
 mod socket;
 mod stage;
 mod stream;
@@ -44,8 +42,6 @@ use server::Server;
 use session::Session;
 
 pub use session::SessionError;
-#[cfg(unix)]
-pub use simulated::SimulatedStand;
 
 /// Why there is no panel.
 #[derive(Debug, thiserror::Error)]

@@ -9,8 +9,8 @@ use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
 use hal_sim::plant::{Plant, Stand};
 
-use crate::acquire::serve::pty::PtyError;
-use crate::acquire::serve::{Pty, ServedLine, serve};
+use super::pty::PtyError;
+use super::{Pty, ServedLine, serve};
 
 /// Angle of the platform at power-on, rad: not at the index, as on most stands.
 const START_ANGLE_RAD: f64 = -2.0;
