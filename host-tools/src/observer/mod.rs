@@ -34,7 +34,7 @@ pub use error::ObserverError;
 pub use moment::Moment;
 pub use plant::{Element, PRESETS, Plant};
 pub use poles::Poles;
-pub use request::{Integral, Kind, Request};
+pub use request::{DEFAULT_INTEGRAL_ROW, Integral, Kind, Request};
 pub use response::RateResponse;
 pub use simulate::{ClosedTrace, Disturbance, SideBySide, Simulated, Start, Trace};
 pub use warnings::Warning;

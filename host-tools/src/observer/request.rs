@@ -20,7 +20,30 @@ pub enum Kind {
     Augmented,
 }
 
+/// Row of the observer that the integral channel feeds by default.
+pub const DEFAULT_INTEGRAL_ROW: usize = 2;
+
 impl Kind {
+    /// The kind of this name.
+    pub fn named(name: &str) -> Option<Kind> {
+        [Kind::Static, Kind::Integral { row: DEFAULT_INTEGRAL_ROW, gain: None }, Kind::Augmented]
+            .into_iter()
+            .find(|kind| kind.name() == name)
+    }
+
+    /// The usual kind for an element: integral for six states, static for four.
+    pub fn usual(plant: &Plant) -> Kind {
+        if plant.states().len() == 6 { Kind::Integral { row: DEFAULT_INTEGRAL_ROW, gain: None } } else { Kind::Static }
+    }
+
+    /// The kind with these values of the integral channel, where they are given; `None` for a kind without this channel.
+    pub fn with_integral(self, row: Option<usize>, gain: Option<f64>) -> Option<Kind> {
+        match self {
+            Kind::Integral { row: usual, gain: own } => Some(Kind::Integral { row: row.unwrap_or(usual), gain: gain.or(own) }),
+            other => (row.is_none() && gain.is_none()).then_some(other),
+        }
+    }
+
     /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {

@@ -2,10 +2,10 @@
 
 use clap::Args;
 
-use super::options::{DEFAULT_INTEGRAL_ROW, ElementOptions, ObserverKind, check_vibration};
+use super::options::{ElementOptions, ObserverKind, check_vibration};
 use crate::command::error::CliError;
 use crate::command::output::ReportOutput;
-use crate::observer::Bode;
+use crate::observer::{Bode, DEFAULT_INTEGRAL_ROW};
 use crate::report::observer::{bode_html, bode_json, bode_text};
 
 /// Frequency responses of the element and the observers.

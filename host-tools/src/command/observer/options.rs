@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use crate::command::error::CliError;
-use crate::observer::{Kind, ObserverError, Plant, Poles, Request};
+use crate::observer::{DEFAULT_INTEGRAL_ROW, Kind, ObserverError, Plant, Poles, Request};
 
 /// The element.
 #[derive(Debug, Clone, Args)]
@@ -47,9 +47,6 @@ impl ObserverKind {
     }
 }
 
-/// Row of the observer that the integral channel feeds by default.
-pub(super) const DEFAULT_INTEGRAL_ROW: usize = 2;
-
 /// Poles and kind of the observer.
 #[derive(Debug, Clone, Args)]
 pub(super) struct DesignOptions {
@@ -76,18 +73,12 @@ pub(super) struct DesignOptions {
 impl DesignOptions {
     /// The design request; `kind` is the kind where the option is missing.
     pub(super) fn request(&self, plant: Plant, kind: Option<ObserverKind>, step_s: Option<f64>) -> Result<Request, ObserverError> {
-        let six = plant.states().len() == 6;
-        let poles = match (&self.poles, self.omega) {
-            (Some(list), _) => Poles::parse(list)?,
-            (None, omega) => Poles::Binomial(omega.unwrap_or(plant.default_omega_1_s())),
-        };
-        let default_kind = if six { ObserverKind::Integral } else { ObserverKind::Static };
-        let kind = self.kind.or(kind).unwrap_or(default_kind);
-        if kind != ObserverKind::Integral && (self.row.is_some() || self.integral_gain.is_some()) {
-            let name = if kind == ObserverKind::Static { "static" } else { "augmented" };
-            return Err(ObserverError::Option(format!("--row and --integral-gain apply to --kind integral, not to {name}")));
-        }
-        let kind = kind.with(self.row.unwrap_or(DEFAULT_INTEGRAL_ROW), self.integral_gain);
+        let poles = self.poles.as_deref().map(Poles::parse).transpose()?;
+        let poles = poles.unwrap_or_else(|| Poles::Binomial(self.omega.unwrap_or(plant.default_omega_1_s())));
+        let kind = self.kind.or(kind).map_or(Kind::usual(&plant), |kind| kind.with(DEFAULT_INTEGRAL_ROW, None));
+        let kind = kind
+            .with_integral(self.row, self.integral_gain)
+            .ok_or_else(|| ObserverError::Option(format!("--row and --integral-gain apply to --kind integral, not to {}", kind.name())))?;
         let vibration_Hz = check_vibration(self.vibration_hz)?;
         Ok(Request { plant, poles, kind, step_s, vibration_Hz })
     }
