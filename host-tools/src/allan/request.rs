@@ -13,7 +13,7 @@ use super::time_stamps::{Steps, Timing};
 use super::units::Unit;
 use super::{AllanError, FLOOR, MAX_RELATIVE_TAU};
 use crate::deadline::Deadline;
-use crate::log::{OneColumn, times};
+use crate::log::{Log, LogError, OneColumn, times};
 use crate::statistics::uncertainty::{Estimate, Uncertainty};
 
 /// Minimum number of rows for one deviation.
@@ -160,6 +160,31 @@ impl Request {
     /// # Errors
     /// Unreadable log, missing column, a window without rows.
     pub fn read(&self) -> Result<Recorded, AllanError> {
+        let read_times = |on_time: &mut dyn FnMut(f64)| times(&self.log, on_time);
+        self.recorded(read_times, |on_time| OneColumn::read(&self.log, &self.column, on_time))
+    }
+
+    /// The column of a log in memory.
+    ///
+    /// # Errors
+    /// As [`Request::read`].
+    pub fn take(&self, log: &Log) -> Result<Recorded, AllanError> {
+        let give_times = |on_time: &mut dyn FnMut(f64)| log.t_s().iter().for_each(|t_s| on_time(*t_s));
+        let read_times = |on_time: &mut dyn FnMut(f64)| {
+            give_times(on_time);
+            Ok(())
+        };
+        self.recorded(read_times, |on_time| {
+            give_times(on_time);
+            OneColumn::of(log, &self.column)
+        })
+    }
+
+    fn recorded(
+        &self,
+        times: impl FnOnce(&mut dyn FnMut(f64)) -> Result<(), LogError>,
+        column: impl FnOnce(&mut dyn FnMut(f64)) -> Result<OneColumn, LogError>,
+    ) -> Result<Recorded, AllanError> {
         let name = self.log.display().to_string();
         if self.column == "t_s" {
             return Err(AllanError::Time { log: name });
@@ -169,10 +194,10 @@ impl Request {
             return Err(AllanError::Window { from_s, to_s });
         }
         let mut steps = Steps::new([from_s, to_s]);
-        times(&self.log, &mut |t_s| steps.push(t_s))?;
+        times(&mut |t_s| steps.push(t_s))?;
         let within = steps.rows();
         let mut marks = steps.marks();
-        let mut column = OneColumn::read(&self.log, &self.column, &mut |t_s| marks.push(t_s))?;
+        let mut column = column(&mut |t_s| marks.push(t_s))?;
         column.values.truncate(within.end);
         column.values.drain(..within.start);
         if within.len() < MIN_ROWS {

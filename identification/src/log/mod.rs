@@ -132,7 +132,12 @@ impl Log {
     /// # Errors
     /// Columns of different length, duplicate names, no `t_s`, no row, a value that is not finite, or a time that does not increase.
     pub fn new(path: impl AsRef<Path>, columns: Vec<Column>, notes: impl Into<Notes>) -> Result<Log, LogError> {
-        let path = path.as_ref();
+        Log::checked(path.as_ref(), FileContents { columns, notes: notes.into(), ..FileContents::default() })
+    }
+
+    /// Checks contents that no reader has checked.
+    fn checked(path: &Path, contents: FileContents) -> Result<Log, LogError> {
+        let columns = &contents.columns;
         let rows = columns.first().map_or(0, |c| c.values.len());
         for (k, column) in columns.iter().enumerate() {
             if columns[..k].iter().any(|c| c.name == column.name) {
@@ -150,7 +155,7 @@ impl Log {
         {
             return Err(LogError::new(path, LogErrorKind::time(t_s.values[k], t_s.values[k + 1])).row(k + 2).column("t_s"));
         }
-        Log::assemble(path, FileContents { columns, notes: notes.into(), ..FileContents::default() })
+        Log::assemble(path, contents)
     }
 
     /// Checks that there is a column `t_s` and a row. The readers have checked each value.
@@ -393,6 +398,12 @@ fn read_file(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents,
         Format::Csv => csv::read(path, &mut renamed)?,
         Format::Parquet => parquet::read(path, &mut renamed)?,
     };
+    name_as_rotary(path, &mut contents)?;
+    Ok(contents)
+}
+
+/// Gives the columns and notes of a linear axis the names of a rotary one, which they have inside the program.
+fn name_as_rotary(path: &Path, contents: &mut FileContents) -> Result<(), LogError> {
     let mut is_linear = false;
     for column in &mut contents.columns {
         if let Some(rotary) = axis::of_linear_column(&column.name) {
@@ -407,7 +418,7 @@ fn read_file(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents,
     if is_linear && contents.notes.text("axis").is_none() {
         contents.notes.push_text("axis", Axis::Linear.name());
     }
-    Ok(contents)
+    Ok(())
 }
 
 /// Angles that are continued over the turns.
@@ -415,14 +426,18 @@ const ANGLES: [&str; 2] = ["theta_rad", "theta_sensor_rad"];
 
 /// Reads a file of either format; a wrapped angle is continued over the turns.
 fn read_contents(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
-    let mut contents = read_file(path, selection)?;
+    Ok(with_continued_angles(read_file(path, selection)?))
+}
+
+/// Continues a wrapped angle over the turns.
+fn with_continued_angles(mut contents: FileContents) -> FileContents {
     let is_linear = contents.notes.axis() == Axis::Linear;
     for angle in contents.columns.iter_mut().filter(|_| !is_linear) {
         let Some(column) = ANGLES.into_iter().find(|name| angle.name == *name) else { continue };
         let jumps = unwrap::unwrap(&mut angle.values);
         contents.warnings.extend((jumps > 0).then_some(LogWarning::UnwrappedAngle { column, jumps }));
     }
-    Ok(contents)
+    contents
 }
 
 /// Contents of a file.

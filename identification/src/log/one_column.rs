@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::{LogError, LogErrorKind};
 use super::warning::LogWarning;
-use super::{Column, Notes, Selection, names, quantization, read_contents};
+use super::{Column, Log, Notes, Selection, names, quantization, read_contents};
 
 /// One column of a log.
 #[derive(Debug, Clone)]
@@ -41,6 +41,18 @@ impl OneColumn {
         let mut warnings = contents.warnings;
         warnings.extend(contents.notes.not_understood());
         Ok(Self { name, values, notes: contents.notes, warnings })
+    }
+
+    /// `column` of a log in memory, of any name but t_s.
+    ///
+    /// # Errors
+    /// The log has no such column.
+    pub fn of(log: &Log, column: &str) -> Result<Self, LogError> {
+        let Some(values) = log.column(column).filter(|_| column != "t_s") else {
+            let has = names(log.columns(), log.ignored());
+            return Err(LogError::new(log.path(), LogErrorKind::NoColumn { has }).column(column));
+        };
+        Ok(Self { name: column.to_owned(), values: values.to_vec(), notes: log.notes().clone(), warnings: log.warnings().to_vec() })
     }
 
     /// Quantization step in the unit of the column, from a note or else from the values; `None` if they are continuous.

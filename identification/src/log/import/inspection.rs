@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::guess::{Belief, Evidence};
 use super::mapping::{self, ImportMapping, Statements, file_of};
 use super::questions::{self, Question};
-use super::table::{Dialect, TableColumn};
+use super::table::{Dialect, Table, TableColumn};
 use super::{read, read_table};
 use crate::files;
 use crate::log::error::LogError;
@@ -96,12 +96,31 @@ pub struct TimingInspection {
 /// # Errors
 /// The file cannot be read, or a statement does not fit it.
 pub fn inspect(path: &Path, stated: &Statements) -> Result<Inspection, LogError> {
+    inspect_with_table(path, stated).map(|(inspection, _)| inspection)
+}
+
+/// As [`inspect`], with the table that the file contains.
+///
+/// # Errors
+/// As [`inspect`].
+pub fn inspect_with_table(path: &Path, stated: &Statements) -> Result<(Inspection, Table), LogError> {
     let stored = ImportMapping::beside(path)?;
     let table = read_table(path, stored.as_ref().and_then(|m| m.text.as_ref()))?;
-    let (beliefs, questions) = mapping::beliefs(path, &table, stored.as_ref(), stated)?;
-    let mut made = ImportMapping::of(&beliefs, &table);
-    made.sample_rate_Hz = stated.sample_rate_Hz.or(stored.as_ref().and_then(|m| m.sample_rate_Hz));
-    made.notes = stored.as_ref().map(|m| m.notes.clone()).unwrap_or_default();
+    let mut inspection = inspect_table(path, &table, stored.as_ref(), stated)?;
+    inspection.is_own &= Log::read(path).is_ok_and(|log| log.columns().len() > 1);
+    inspection.is_mapped = file_of(path).is_file();
+    Ok((inspection, table))
+}
+
+/// Inspects a table, with what an import file (`stored`) and the user state about it; `path` is its name in messages.
+///
+/// # Errors
+/// A statement does not fit the table.
+pub fn inspect_table(path: &Path, table: &Table, stored: Option<&ImportMapping>, stated: &Statements) -> Result<Inspection, LogError> {
+    let (beliefs, questions) = mapping::beliefs(path, table, stored, stated)?;
+    let mut made = ImportMapping::of(&beliefs, table);
+    made.sample_rate_Hz = stated.sample_rate_Hz.or(stored.and_then(|m| m.sample_rate_Hz));
+    made.notes = stored.map(|m| m.notes.clone()).unwrap_or_default();
     for (key, text) in &stated.notes {
         if text.is_empty() {
             made.notes.remove(key);
@@ -111,10 +130,10 @@ pub fn inspect(path: &Path, stated: &Statements) -> Result<Inspection, LogError>
     }
     // A log of the project whose other columns would be something, under other names, is to be imported.
     let renamed = beliefs.iter().any(|b| b.evidence != Evidence::OwnName && b.target.as_deref().is_some_and(|t| known(t).is_some()));
-    let is_own = stored.is_none() && stated.is_empty() && !renamed && Log::read(path).is_ok_and(|log| log.columns().len() > 1);
+    let is_own = stored.is_none() && stated.is_empty() && !renamed;
     // The file is read as the other commands will read it: what is said about it is what they do.
     let is_drawn = |_: &str| false;
-    let read = read::contents(path, &table, &made, &mut Selection { column: &is_drawn, times: None, lenient: false });
+    let read = read::contents(path, table, &made, &mut Selection { column: &is_drawn, times: None, lenient: false });
     let (timing, warnings, refusal) = match read {
         Ok(contents) => {
             let times = contents.columns.iter().find(|c| c.name == "t_s");
@@ -124,7 +143,7 @@ pub fn inspect(path: &Path, stated: &Statements) -> Result<Inspection, LogError>
         }
         Err(error) => (None, Vec::new(), Some(error)),
     };
-    let rate_over_derivative = questions::rate_over_derivative(&table, &beliefs).filter(|_| questions.is_empty());
+    let rate_over_derivative = questions::rate_over_derivative(table, &beliefs).filter(|_| questions.is_empty());
     let columns = beliefs.iter().zip(&table.columns).map(|(belief, column)| column_inspection(belief.clone(), column)).collect();
     Ok(Inspection {
         path: path.to_owned(),
@@ -135,7 +154,7 @@ pub fn inspect(path: &Path, stated: &Statements) -> Result<Inspection, LogError>
         timing,
         columns,
         is_own,
-        is_mapped: file_of(path).is_file(),
+        is_mapped: stored.is_some(),
         mapping: made,
         questions,
         warnings,

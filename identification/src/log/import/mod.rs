@@ -21,11 +21,11 @@ pub mod units;
 use std::path::Path;
 
 use super::error::{LogError, LogErrorKind};
-use super::{Column, FileContents, Selection, parquet};
+use super::{Column, FileContents, Log, Notes, Selection, known, parquet};
 use table::{Dialect, Table, TableColumn};
 
 pub use guess::{Belief, Evidence};
-pub use inspection::{ColumnInspection, Inspection, TimingInspection, inspect};
+pub use inspection::{ColumnInspection, Inspection, TimingInspection, inspect, inspect_table, inspect_with_table};
 pub use mapping::{ImportMapping, MappedColumn, Statements, file_of};
 pub use questions::Question;
 
@@ -67,4 +67,44 @@ fn parquet_table(path: &Path) -> Result<Table, LogError> {
 /// Reads a file by its mapping, in SI units.
 pub(super) fn contents(path: &Path, mapping: &ImportMapping, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
     read::contents(path, &read_table(path, mapping.text.as_ref())?, mapping, selection)
+}
+
+/// The log of a table by its mapping, in SI units, with all mapped columns; `path` is its name in messages.
+///
+/// # Errors
+/// As [`Log::read`] of a file with an import file.
+pub fn log_of_table(path: &Path, table: &Table, mapping: &ImportMapping) -> Result<Log, LogError> {
+    let mut selection = Selection { column: &|_| true, times: None, lenient: false };
+    Log::assemble(path, super::with_continued_angles(read::contents(path, table, mapping, &mut selection)?))
+}
+
+/// The log of a table whose columns have the names and units of the project. As in a file of the project, every value must be a finite number; a column of
+/// another name without such values is ignored.
+///
+/// # Errors
+/// As [`Log::new`]; a column of the project has text or lacks a value.
+pub fn own_log_of_table(path: &Path, table: Table) -> Result<Log, LogError> {
+    let (mut columns, mut ignored) = (Vec::new(), Vec::new());
+    for column in table.columns {
+        let is_known = known(super::axis::of_linear_column(&column.name).unwrap_or(&column.name)).is_some();
+        if column.missing() == 0 && column.text.is_none() {
+            let values = column.values.iter().map(|value| value + column.origin).collect();
+            columns.push(Column { name: column.name, values });
+        } else if is_known {
+            let missing = column.values.iter().position(|value| !value.is_finite()).map(|k| (k + 1, column.values[k].to_string()));
+            let (row, kind) = match (column.text, missing) {
+                (Some((row, text)), _) => (row, LogErrorKind::NotANumber { text, hint: "" }),
+                (None, missing) => {
+                    let (row, value) = missing.unwrap_or_default();
+                    (row, LogErrorKind::NotFinite(value))
+                }
+            };
+            return Err(LogError::new(path, kind).row(row).column(&column.name));
+        } else {
+            ignored.push(column.name);
+        }
+    }
+    let mut contents = FileContents { columns, ignored, notes: Notes::from(table.notes), ..FileContents::default() };
+    super::name_as_rotary(path, &mut contents)?;
+    Log::checked(path, super::with_continued_angles(contents))
 }
