@@ -11,4 +11,5 @@ pub mod predict;
 pub mod recording_conventions;
 pub mod repetition;
 pub mod residual;
+pub mod sensitivities;
 pub mod series;
