@@ -1,0 +1,56 @@
+//! An answer in the forms of the command line: JSON, text, HTML.
+
+use host_tools::report::Style;
+use pyo3::prelude::*;
+use serde_json::Value;
+
+use crate::log::Log;
+use crate::model::Model;
+
+/// Text without colour, in lines of this many columns.
+pub const STYLE: Style = Style { colour: false, width: 80 };
+
+/// The answer of an analysis: JSON as of `--json`, text as on the terminal, the page of `--html` (empty: the analysis has none).
+#[pyclass(frozen, module = "rotary_stand._native")]
+pub struct Answer {
+    #[pyo3(get)]
+    json: String,
+    #[pyo3(get)]
+    text: String,
+    #[pyo3(get)]
+    html: String,
+    series: Option<host_tools::log::Log>,
+    model: Option<host_tools::model::Model>,
+}
+
+impl Answer {
+    /// An answer without series and model.
+    pub fn new(json: &Value, text: String, html: String) -> Self {
+        Answer { json: json.to_string(), text, html, series: None, model: None }
+    }
+
+    /// The same with the measured and modelled series.
+    pub fn with_series(self, series: host_tools::log::Log) -> Self {
+        Answer { series: Some(series), ..self }
+    }
+
+    /// The same with a model that the analysis made.
+    pub fn with_model(self, model: host_tools::model::Model) -> Self {
+        Answer { model: Some(model), ..self }
+    }
+}
+
+#[pymethods]
+impl Answer {
+    /// Measured and modelled series; None for an analysis without them.
+    #[getter]
+    fn series(&self) -> Option<Log> {
+        self.series.clone().map(Log::from)
+    }
+
+    /// The model that the analysis made; None for an analysis without one.
+    #[getter]
+    fn model(&self) -> Option<Model> {
+        self.model.clone().map(Model::from)
+    }
+}
