@@ -28,9 +28,8 @@ def reporting(progress: Progress) -> Iterator[ProgressFunction | None]:
         with tqdm(total=1.0, bar_format="{desc} {bar} {elapsed}", leave=False) as bar:
 
             def show(stage: str, fraction: float | None) -> None:
-                bar.set_description_str(stage, refresh=False)
-                if fraction is not None:
-                    bar.n = fraction
-                bar.refresh()
+                is_new = stage != bar.desc
+                bar.set_description_str(stage, refresh=is_new)
+                bar.update(0 if fraction is None else fraction - bar.n)
 
             yield show

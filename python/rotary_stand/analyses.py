@@ -133,15 +133,6 @@ def allan(
     return AllanDeviation(_native.allan(native, path, column, from_s, to_s, taus, interpretation, units))
 
 
-#: Columns of a drift measurement beside the standard ones.
-_DRIFT_COLUMNS = tuple(f"{sensor}_{axis}_{unit}" for sensor, unit in (("angle_sensor", "V"), ("torquer", "A")) for axis in "xyz") + (
-    "drift_mark",
-    "turned_deg",
-    "raised_deg",
-    "rolled_deg",
-)
-
-
 def drift(
     logs: LogLike,
     *,
@@ -165,7 +156,7 @@ def drift(
     """
     scales = (angle_gain_V_rad, torquer_gain_rad_s_A, pulse_s, angle_limit_V, latitude_deg)
     uncertainties = (turn_error_rad, level_error_rad, gain_error, torquer_gain_error, latitude_error_rad, torquer_asymmetry)
-    return Drift(_native.drift(_logs(logs, _DRIFT_COLUMNS), scales, uncertainties, units))
+    return Drift(_native.drift(_logs(logs, _native.DRIFT_COLUMNS), scales, uncertainties, units))
 
 
 def drift_platform(log: LogLike, *, pulse_s: float | None = None, latitude_deg: float | None = None, units: str | None = None) -> Drift:
@@ -253,14 +244,10 @@ def observer_track(
 ) -> ObserverTrack:
     """Runs an observer over a log with ``angle_sensor_V`` or ``alpha_rad``: states and learnt moment (``stand observer track``).
 
-    Columns with the names of the states and ``moment_N_m`` are the truth; of a path they are read with ``Log.read(path, also=…)``. Raises LogError, AnalysisError.
+    Columns with the names of the states and ``moment_N_m`` are the truth. Raises LogError, AnalysisError, ValueError.
     """
     design = (omega_1_s, poles, kind, row, integral_gain, None)
-    return ObserverTrack(_native.observer_track(_log(log, OBSERVER_COLUMNS), element, design, angle_gain_V_rad, torquer_N_m_A))
-
-
-#: Columns that an observer reads from a log.
-OBSERVER_COLUMNS = ("alpha_rad", "moment_N_m")
+    return ObserverTrack(_native.observer_track(_log(log, _native.OBSERVER_COLUMNS), element, design, angle_gain_V_rad, torquer_N_m_A))
 
 
 def simulated_log(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import html
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -358,34 +357,37 @@ class AllanDeviation(Answer):
 
     @property
     def coefficients(self) -> dict[str, Estimate]:
-        """Noise coefficients that this record shows, in the units of the answer, by their names in IEEE Std 952: Q, N, B, K, R."""
+        """Quantisation, white noise (angle random walk), bias instability, random walk and ramp in SI units; ``value`` is None where this record does not show one."""
+        return _estimates(self.data["coefficients"])
+
+    @property
+    def quantities(self) -> dict[str, Estimate]:
+        """The coefficients that this record shows, in the units of the answer."""
         return {entry["name"]: _taken(Estimate, entry) for entry in self.data["quantities"]}
 
     @property
     def tau_s(self) -> npt.NDArray[np.float64]:
         """Averaging times, s, shape (points,)."""
-        return self._points("tau_s")
+        return np.array(self.data["tau_s"], dtype=np.float64)
 
     @property
     def deviation(self) -> npt.NDArray[np.float64]:
-        """Allan deviation at ``tau_s`` in the unit of the column (of an angle: per second), shape (points,)."""
-        return self._points(self._key)
-
-    @property
-    def _key(self) -> str:
-        return next(key for key in ("adev", "deviation", "sigma") if key in self.data["points"][0])
-
-    def _points(self, key: str) -> npt.NDArray[np.float64]:
-        return np.array([math.nan if point[key] is None else point[key] for point in self.data["points"]])
+        """Overlapping Allan deviation at ``tau_s`` in the unit of the column (of an angle: per second), shape (points,)."""
+        return np.array(self.data["oadev"], dtype=np.float64)
 
     def _rows(self) -> list[dict[str, Any]]:
-        return list(self.data["points"])
+        names = ("tau_s", "oadev", "adev", "n", "degrees_of_freedom", "fitted")
+        return [dict(zip(names, values)) for values in zip(*(self.data[name] for name in names))]
 
     def plot(self, figure: Any = None) -> Any:
         """The deviation over the averaging time, both logarithmic. Returns the matplotlib Figure."""
         figure = _figure(figure, 4.5)
         axis = figure.subplots()
-        axis.loglog(self.tau_s, self.deviation, marker="o", markersize=3, linewidth=1)
+        low, high = np.array(self.data["interval_68"], dtype=np.float64).T
+        axis.fill_between(self.tau_s, low, high, alpha=0.25, label="68 % interval")
+        axis.loglog(self.tau_s, self.deviation, marker="o", markersize=3, linewidth=1, label="measured")
+        axis.loglog(self.tau_s, np.array(self.data["fitted"], dtype=np.float64), linestyle="--", linewidth=1, label="noise model")
+        axis.legend()
         axis.set_xlabel("τ, s")
         axis.set_ylabel(f"Allan deviation of {self.data['column']}")
         axis.grid(visible=True, which="both", alpha=0.3)
@@ -397,8 +399,8 @@ class _WithQuantities(Answer):
 
     @property
     def quantities(self) -> dict[str, Estimate]:
-        """By name; ``sigma`` is the standard uncertainty. ``data`` has degrees of freedom, coverage factors and budgets."""
-        raise NotImplementedError
+        """By key of ``data``, which has degrees of freedom, coverage factors and budgets too; ``sigma`` is the standard uncertainty."""
+        return {name: _taken(Estimate, entry, name=name) for name, entry in self.data.items() if isinstance(entry, dict) and "sigma" in entry}
 
     def _rows(self) -> list[dict[str, Any]]:
         return [{"name": q.name, "value": q.value, "sigma": q.sigma, "unit": q.unit} for q in self.quantities.values()]
@@ -419,14 +421,6 @@ class Drift(_WithQuantities):
     """Drift of a gyroscope, or bias and scale of a rate gyro on the platform (``stand drift``)."""
 
     @property
-    def quantities(self) -> dict[str, Estimate]:
-        """By name, in the units of the answer."""
-        listed = self.data.get("quantities")
-        if listed is not None:
-            return {entry["name"]: _taken(Estimate, entry) for entry in listed}
-        return {name: _taken(Estimate, entry, name=name) for name, entry in self.data.items() if isinstance(entry, dict) and "sigma" in entry}
-
-    @property
     def cycles(self) -> list[dict[str, Any]]:
         """The cycles that were evaluated."""
         return list(self.data["cycles"])
@@ -434,11 +428,6 @@ class Drift(_WithQuantities):
 
 class Calibration(_WithQuantities):
     """The record of a calibration (``stand calibrate``)."""
-
-    @property
-    def quantities(self) -> dict[str, Estimate]:
-        """By name, in SI units or the unit that the entry states."""
-        return {name: _taken(Estimate, entry, name=name) for name, entry in self.data.items() if isinstance(entry, dict) and "sigma" in entry}
 
     def budget(self, quantity: str) -> pandas.DataFrame:
         """The uncertainty budget of a quantity, one row for each contribution. KeyError."""
@@ -451,12 +440,12 @@ class ObserverDesign(Answer):
     @property
     def gains(self) -> npt.NDArray[np.float64]:
         """Gains of the continuous observer, shape (states,)."""
-        return np.array([g["value"] if isinstance(g, dict) else g for g in self.data["gains"]], dtype=np.float64)
+        return np.array(self.data["gains"], dtype=np.float64)
 
     @property
     def poles(self) -> list[complex]:
         """Poles of the observer, 1/s."""
-        return [complex(p["re"], p["im"]) if isinstance(p, dict) else complex(*p) if isinstance(p, list) else complex(p) for p in self.data["poles"]]
+        return [complex(pole["re"], pole["im"]) for pole in self.data["poles"]]
 
     def _rows(self) -> list[dict[str, Any]]:
         return [{"row": k + 1, "gain": gain} for k, gain in enumerate(self.gains)]
@@ -464,6 +453,30 @@ class ObserverDesign(Answer):
 
 class ObserverBode(Answer):
     """Frequency responses of an element and of observers (``stand observer bode``)."""
+
+    @property
+    def curves(self) -> dict[str, dict[str, npt.NDArray[np.float64]]]:
+        """``element``, and each observer by its poles: ``rad_s``, ``gain_dB`` and ``phase_deg``, shape (points,) each."""
+        named = {"element": self.data["object"]}
+        named.update({f"observer, poles at -{entry['omega_rad_s']:g} 1/s": entry["curve"] for entry in self.data["observers"]})
+        keys = ("rad_s", "gain_dB", "phase_deg")
+        return {name: {key: np.array(curve[key], dtype=np.float64) for key in keys} for name, curve in named.items()}
+
+    def _rows(self) -> list[dict[str, Any]]:
+        return [{"curve": name, **dict(zip(curve, row))} for name, curve in self.curves.items() for row in zip(*curve.values())]
+
+    def plot(self, figure: Any = None) -> Any:
+        """Gain and phase over the frequency. Returns the matplotlib Figure."""
+        figure = _figure(figure, 5.0)
+        gain, phase = figure.subplots(2, 1, sharex=True)
+        for name, curve in self.curves.items():
+            gain.semilogx(curve["rad_s"], curve["gain_dB"], linewidth=1, label=name)
+            phase.semilogx(curve["rad_s"], curve["phase_deg"], linewidth=1)
+        gain.set_ylabel("gain, dB")
+        gain.legend()
+        phase.set_ylabel("phase, °")
+        phase.set_xlabel("frequency, rad/s")
+        return figure
 
 
 class ObserverTrack(_WithSeries):
@@ -486,5 +499,4 @@ class EffectCatalogue(Answer):
     """The catalogue of effects, or one effect (``stand effects``)."""
 
     def _rows(self) -> list[dict[str, Any]]:
-        entries = self.data if isinstance(self.data, list) else self.data.get("effects", [self.data])
-        return list(entries)
+        return list(self.data.get("effects", [self.data]))

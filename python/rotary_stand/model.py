@@ -9,6 +9,7 @@ from typing import Any
 
 from . import _convert, _native
 from ._frames import needed
+from ._native import Model as NativeModel
 from .answers import EffectCatalogue
 
 
@@ -20,7 +21,7 @@ class Model:
     """
 
     __slots__ = ("_native",)
-    _native: _native.Model
+    _native: NativeModel
 
     def __init__(
         self,
@@ -38,14 +39,14 @@ class Model:
         """
         if isinstance(effects, str):
             raise TypeError('effects must be a list of names, for example ["viscous", "coulomb"]')
-        native = _native.Model.new(input, axis, name)
+        native = NativeModel.new(input, axis, name)
         for effect in effects:
             native.add(effect)
         object.__setattr__(self, "_native", native)
         self.update(parameters or {})
 
     @classmethod
-    def _of(cls, native: _native.Model) -> Model:
+    def _of(cls, native: NativeModel) -> Model:
         model = cls.__new__(cls)
         object.__setattr__(model, "_native", native)
         return model
@@ -53,12 +54,12 @@ class Model:
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Model:
         """Reads a model file (.toml)."""
-        return cls._of(_native.Model.read(_convert.path_of(path)))
+        return cls._of(NativeModel.read(_convert.path_of(path)))
 
     @classmethod
     def parse(cls, text: str, name: str = "model") -> Model:
         """Reads the text of a model file; ``name`` is its name in messages."""
-        return cls._of(_native.Model.parse(text, name))
+        return cls._of(NativeModel.parse(text, name))
 
     def copy(self) -> Model:
         """The same model as another object."""

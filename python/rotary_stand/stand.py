@@ -91,7 +91,7 @@ class Stand:
         self._native.wait(seconds)
 
     def stop(self) -> None:
-        """Stops the drive at once (byte 0x18), as the fault of a stop; ``write("FAULt:CLEar")`` allows motion again."""
+        """Stops the drive at once (byte 0x18). The stand latches this as a fault: the next call raises StandError with it; ``write("FAULt:CLEar")`` allows motion."""
         self._native.stop()
 
     def off(self) -> None:

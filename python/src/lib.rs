@@ -37,6 +37,8 @@ fn instruction_sets() -> Vec<&'static str> {
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("DRIFT_COLUMNS", host_tools::drift::compute::COLUMNS.to_vec())?;
+    module.add("OBSERVER_COLUMNS", host_tools::observer::recorded::COLUMNS.to_vec())?;
     module.add_class::<answer::Answer>()?;
     module.add_class::<log::Log>()?;
     module.add_class::<model::Model>()?;

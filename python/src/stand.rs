@@ -170,6 +170,12 @@ impl Stand {
         });
     }
 
+    /// Closes the connection of a simulated stand, which goes on: another program may open its port.
+    fn release_port(&self, py: Python<'_>) {
+        let link = self.link.clone();
+        py.detach(|| drop(locked(&link).take()));
+    }
+
     /// The connection is closed.
     #[getter]
     fn is_closed(&self, py: Python<'_>) -> bool {
