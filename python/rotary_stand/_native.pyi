@@ -9,7 +9,6 @@ import numpy.typing as npt
 from ._convert import Column, Pairs
 from ._progress import ProgressFunction
 
-__all__: list[str]
 __version__: str
 DRIFT_COLUMNS: list[str]
 OBSERVER_COLUMNS: list[str]
