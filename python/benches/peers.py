@@ -21,6 +21,9 @@ from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
+# The regressions are small: with threads of BLAS PySINDy takes eight times as long here.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import numpy as np
 import pandas as pd
 
@@ -52,20 +55,40 @@ def rotary_stand_names(frame: pd.DataFrame, model: rs.Model) -> Named:
 # --- what the three peers need: a library of terms, made by hand
 
 
-def windows(frame: pd.DataFrame, rows: int = 20) -> dict[str, np.ndarray]:
-    """Means over windows, and the differences of rate and current between windows: the weak form needs no derivative of noise."""
-    n = len(frame) // rows * rows
-    mean = {name: frame[name].to_numpy()[:n].reshape(-1, rows).mean(axis=1) for name in frame}
-    dt = np.gradient(mean["t_s"])
-    mean["domega"] = np.gradient(mean["omega_rad_s"]) / dt
-    mean["di"] = np.gradient(mean["i_A"]) / dt
-    mean["dtheta"] = np.gradient(mean["theta_rad"]) / dt
-    mean["heat"] = np.cumsum(mean["i_A"] ** 2 * np.exp(mean["t_s"] / 20)) * np.exp(-mean["t_s"] / 20)
-    return mean
+ROWS = 20  # of a window, 20 ms
+
+
+def smooth(x: np.ndarray) -> np.ndarray:
+    """The weights with which a difference of window means sees its derivative; one value for each window."""
+    weights = np.convolve(np.ones(ROWS), np.ones(2 * ROWS)) / (2 * ROWS**2)
+    return np.apply_along_axis(np.convolve, 0, x, weights, "valid")[::ROWS]
+
+
+def slope(x: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Differences of the means of windows that are one window apart: the weak form needs no derivative of noise."""
+    mean = np.convolve(x, np.ones(ROWS) / ROWS, "valid")
+    return ((mean[2 * ROWS :] - mean[: -2 * ROWS]) / (t[2 * ROWS] - t[0]))[::ROWS]
+
+
+def prepared(frame: pd.DataFrame) -> dict[str, np.ndarray]:
+    """The columns, the heat of the winding, and the slopes of rate, current and angle."""
+    raw = {name: frame[name].to_numpy() for name in frame}
+    # Angle and rate are readings at the time of a row, voltage and current are means of the interval after it: all are brought to its middle.
+    m = {name: (x[1:] + x[:-1]) / 2 if name in ("theta_rad", "omega_rad_s", "t_s") else x[:-1] for name, x in raw.items()}
+    decay = np.exp(-m["t_s"] / 20)
+    m["heat"] = np.cumsum(m["i_A"] ** 2 / decay) * decay
+    for name, column in (("domega", "omega_rad_s"), ("di", "i_A"), ("dtheta", "theta_rad")):
+        m[name] = slope(raw[column], raw["t_s"])
+    # The rate has passed a low-pass of the sensor, where the notes state it.
+    stated = dict(frame.attrs.get("notes", [])).get("omega_rad_s", "")
+    m["lag_s"] = 1 / (2 * np.pi * float(stated.split("filter ")[1].split()[0])) if "filter " in stated else 0.0
+    # Near rest dry friction holds, which no term of a sum describes.
+    m["moves"] = smooth((abs(m["omega_rad_s"]) < 0.3).astype(float)) == 0
+    return m
 
 
 def torque_terms(m: dict[str, np.ndarray]) -> dict[str, tuple[Named, np.ndarray]]:
-    """Terms of the acceleration beside the current: name, the effects that have such a term, columns of shape (windows, k)."""
+    """Terms of the acceleration beside the current: name, the effects that have such a term, smoothed columns of shape (windows, k)."""
     w, th, i = m["omega_rad_s"], m["theta_rad"], m["i_A"]
     sign = np.tanh(w / 0.05)
     terms: dict[str, tuple[Named, list[np.ndarray]]] = {
@@ -86,7 +109,7 @@ def torque_terms(m: dict[str, np.ndarray]) -> dict[str, tuple[Named, np.ndarray]
     for k in range(1, 20):
         at = m["t_s"][len(w) * k // 20]
         terms[f"step {at:.1f}"] = ({"load-step", "timed-torque"}, [(m["t_s"] > at).astype(float)])
-    return {name: (effects, np.column_stack(columns)) for name, (effects, columns) in terms.items()}
+    return {name: (effects, smooth(np.column_stack(columns))[m["moves"]]) for name, (effects, columns) in terms.items()}
 
 
 # --- PySINDy: sparse regression of the acceleration
@@ -95,20 +118,21 @@ def torque_terms(m: dict[str, np.ndarray]) -> dict[str, tuple[Named, np.ndarray]
 def pysindy_names(frame: pd.DataFrame, model: rs.Model) -> Named:
     import pysindy as ps
 
-    m = windows(frame)
+    m = prepared(frame)
     terms = torque_terms(m)
     names = [name for name, (_, columns) in terms.items() for _ in range(columns.shape[1])]
-    features = np.column_stack([m["i_A"], *(columns for _, columns in terms.values())])
+    features = np.column_stack([smooth(m["i_A"])[m["moves"]], m["di"][m["moves"]], *(columns for _, columns in terms.values())])
+    rate, slopes = smooth(m["omega_rad_s"])[m["moves"], None], m["domega"][m["moves"]]
     best, chosen = np.inf, {}
     for threshold in np.geomspace(0.01, 10, 13):
         sindy = ps.SINDy(optimizer=ps.STLSQ(threshold=threshold, normalize_columns=True), feature_library=ps.IdentityLibrary())
-        sindy.fit(m["omega_rad_s"][:, None], t=m["t_s"], x_dot=m["domega"][:, None], u=features)
-        coefficients = sindy.coefficients()[0][1:]
-        left = m["domega"] - sindy.predict(m["omega_rad_s"][:, None], u=features)[:, 0]
+        sindy.fit(rate, t=0.001 * ROWS, x_dot=slopes[:, None], u=features)
+        coefficients = sindy.coefficients()[0][1:]  # the first is that of the rate itself
+        left = slopes - sindy.predict(rate, u=features)[:, 0]
         bic = len(left) * np.log(np.mean(left**2)) + np.count_nonzero(coefficients) * np.log(len(left))
         if bic < best:
             best = bic
-            sizes = abs(coefficients[1:]) * features[:, 1:].std(axis=0)
+            sizes = abs(coefficients[2:]) * features[:, 2:].std(axis=0)
             chosen = {name: max(size, 0.0) for name, size in zip(names, sizes) if size > 0}
     extra = {name: size for name, size in chosen.items() if not terms[name][0] & set(model.effects)}
     return terms[max(extra, key=extra.__getitem__)][0] if extra else set()
@@ -122,23 +146,23 @@ def sysidentpy_names(frame: pd.DataFrame, model: rs.Model) -> Named:
     from sysidentpy.model_structure_selection import FROLS
     from sysidentpy.parameter_estimation import LeastSquares
 
-    m = windows(frame)
+    m = prepared(frame)
     terms = torque_terms(m)
     names = [name for name, (_, columns) in terms.items() for _ in range(columns.shape[1])]
-    features = np.column_stack([m["i_A"], *(columns for _, columns in terms.values())])
+    features = np.column_stack([smooth(m["i_A"])[m["moves"]], m["di"][m["moves"]], *(columns for _, columns in terms.values())])
     features = (features - features.mean(axis=0)) / np.maximum(features.std(axis=0), 1e-12)
     frols = FROLS(
         order_selection=True,
-        n_info_values=15,
+        n_info_values=8,
         ylag=1,
         xlag=[[1]] * features.shape[1],
         info_criteria="bic",
         estimator=LeastSquares(),
         basis_function=Polynomial(degree=1),
     )
-    frols.fit(X=features, y=m["omega_rad_s"][:, None])
+    frols.fit(X=features, y=smooth(m["omega_rad_s"])[m["moves"], None])
     inputs = [int(code) // 1000 - 2 for code in frols.final_model[:, 0] if code >= 2000]
-    extra = [names[k - 1] for k in inputs if k > 0 and not terms[names[k - 1]][0] & set(model.effects)]
+    extra = [names[k - 2] for k in inputs if k > 1 and not terms[names[k - 2]][0] & set(model.effects)]
     return terms[extra[0]][0] if extra else set()
 
 
@@ -149,39 +173,38 @@ def scipy_names(frame: pd.DataFrame, model: rs.Model) -> Named:
     from scipy.linalg import lstsq
     from scipy.stats import f as f_distribution
 
-    m = windows(frame)
+    m = prepared(frame)
     w, i, th = m["omega_rad_s"], m["i_A"], m["theta_rad"]
+    one = np.ones_like(w)
     electrical = {
         "inductance": ({"inductance"}, m["di"][:, None]),
-        "brush": ({"brush-drop"}, np.tanh(i / 0.05)[:, None]),
-        "i*heat": ({"resistance-temperature"}, (i * m["heat"])[:, None]),
-        "i|i|": ({"magnetic-saturation"}, (i * abs(i))[:, None]),
-        "w i^2": ({"magnetic-saturation"}, (w * i**2)[:, None]),
-        "offset": ({"current-offset"}, np.ones((len(w), 1))),
+        "brush": ({"brush-drop", "dead-time"}, smooth(np.tanh(i / 0.05)[:, None])),
+        "i*heat": ({"resistance-temperature"}, smooth((i * m["heat"])[:, None])),
+        "saturation": ({"magnetic-saturation"}, smooth(np.column_stack([i * abs(i), w * i**2]))),
+        "offset": ({"current-offset"}, smooth(one[:, None])),
     }
     readings = {
         "lag": ({"sensor-lag", "time-skew"}, m["domega"][:, None]),
-        "w^2": ({"rate-scale-nonlinearity"}, np.column_stack([w * abs(w), w**3])),
-        "w sin theta": ({"encoder-eccentricity"}, np.column_stack([w * np.sin(th), w * np.cos(th)])),
-        "offset": ({"rate-bias"}, np.ones((len(w), 1))),
+        "w^2": ({"rate-scale-nonlinearity"}, smooth(np.column_stack([w * abs(w), w**3]))),
+        "w sin theta": ({"encoder-eccentricity"}, smooth(np.column_stack([w * np.sin(th), w * np.cos(th)]))),
+        "offset": ({"rate-bias"}, smooth(one[:, None])),
     }
     equations = [
-        (m["domega"], [i], torque_terms(m)),
-        (m["u_V"] if "u_V" in m else w, [i, w], electrical if "u_V" in m else {}),
-        (m["dtheta"], [w], readings),
+        (m["domega"][m["moves"]], [smooth(i)[m["moves"]], m["di"][m["moves"]]], torque_terms(m)),
+        (smooth(m["u_V"]) if "u_V" in m else smooth(w), [smooth(i), smooth(w)], electrical if "u_V" in m else {}),
+        (m["dtheta"] - m["lag_s"] * m["domega"], [smooth(w)], readings),
     ]
     best, found = 0.0, set()
     for target, base, candidates in equations:
         known = [columns for effects, columns in candidates.values() if effects & set(model.effects)]
         given = np.column_stack([*base, *known])
-        keep = slice(3, -3)
-        left = np.sum((target - given @ lstsq(given, target)[0])[keep] ** 2)
+        left = np.sum((target - given @ lstsq(given, target)[0]) ** 2)
         for effects, columns in candidates.values():
             if effects & set(model.effects):
                 continue
             wide = np.column_stack([given, columns])
-            rest = np.sum((target - wide @ lstsq(wide, target)[0])[keep] ** 2)
-            k, n = columns.shape[1], len(target) - 6 - wide.shape[1]
+            rest = np.sum((target - wide @ lstsq(wide, target)[0]) ** 2)
+            k, n = columns.shape[1], len(target) / 3 - wide.shape[1]  # three neighbouring windows overlap
             statistic = (left - rest) / k / (rest / n)
             p = f_distribution.sf(statistic, k, n) * len(candidates)
             fraction = 1 - rest / left
@@ -192,9 +215,9 @@ def scipy_names(frame: pd.DataFrame, model: rs.Model) -> Named:
 
 PEERS: dict[str, tuple[str, Callable[[pd.DataFrame, rs.Model], Named], list[Callable[..., object]]]] = {
     "rotary_stand": ("rotary-stand", rotary_stand_names, []),
-    "PySINDy": ("pysindy", pysindy_names, [windows, torque_terms]),
-    "SysIdentPy": ("sysidentpy", sysidentpy_names, [windows, torque_terms]),
-    "SciPy grey box": ("scipy", scipy_names, [windows, torque_terms]),
+    "PySINDy": ("pysindy", pysindy_names, [smooth, slope, prepared, torque_terms]),
+    "SysIdentPy": ("sysidentpy", sysidentpy_names, [smooth, slope, prepared, torque_terms]),
+    "SciPy grey box": ("scipy", scipy_names, [smooth, slope, prepared, torque_terms]),
 }
 
 
