@@ -62,7 +62,6 @@ impl Log {
 
     /// The log of NumPy columns; `path` is its name in messages.
     #[staticmethod]
-    #[expect(clippy::too_many_arguments, reason = "arguments of the Python function")]
     fn of_columns(
         path: PathBuf,
         data: Vec<ColumnOfPython<'_>>,
