@@ -6,10 +6,12 @@
 mod answer;
 mod arrow;
 mod calibrate;
+mod catalogue;
 mod compare;
 mod drift;
 mod error;
 mod explain;
+mod inspection;
 mod log;
 mod model;
 mod noise;
@@ -44,9 +46,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<model::Model>()?;
     module.add_class::<stand::Stand>()?;
     module.add_function(wrap_pyfunction!(instruction_sets, module)?)?;
-    module.add_function(wrap_pyfunction!(log::inspect_file, module)?)?;
-    module.add_function(wrap_pyfunction!(log::inspect_columns, module)?)?;
-    module.add_function(wrap_pyfunction!(model::effects, module)?)?;
+    module.add_function(wrap_pyfunction!(inspection::inspect_file, module)?)?;
+    module.add_function(wrap_pyfunction!(inspection::inspect_columns, module)?)?;
+    module.add_function(wrap_pyfunction!(catalogue::effects, module)?)?;
     module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
     module.add_function(wrap_pyfunction!(compare::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(explain::explain, module)?)?;

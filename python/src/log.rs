@@ -1,17 +1,16 @@
 //! Logs: from files, NumPy and Arrow, and to them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use host_tools::log;
-use host_tools::log::import::{self, Inspection};
+use host_tools::log::import;
 use host_tools::report;
 use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyCapsule;
 
-use crate::answer::Answer;
 use crate::arrow;
 use crate::error::log_error;
 use crate::table::{ColumnOfPython, Pairs, log_of, log_of_inspected, statements, table_of};
@@ -163,37 +162,4 @@ impl Log {
     fn arrow_stream<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {
         arrow::stream_of(py, &self.log)
     }
-}
-
-fn inspection_answer(inspection: &Inspection) -> Answer {
-    Answer::new(&report::inspection::json(inspection), report::inspection::text(inspection), String::new())
-}
-
-/// What a file of any program contains.
-#[pyfunction]
-pub fn inspect_file(
-    py: Python<'_>,
-    path: PathBuf,
-    columns: Pairs,
-    units: Pairs,
-    sample_rate_Hz: Option<f64>,
-    notes: Pairs,
-) -> PyResult<Answer> {
-    let stated = statements(&path, columns, units, sample_rate_Hz, notes)?;
-    task::run(py, None, move |_| import::inspect(&path, &stated).map(|i| inspection_answer(&i)).map_err(|error| log_error(&error)))
-}
-
-/// What NumPy columns contain.
-#[pyfunction]
-pub fn inspect_columns(
-    data: Vec<ColumnOfPython<'_>>,
-    columns: Pairs,
-    units: Pairs,
-    sample_rate_Hz: Option<f64>,
-    notes: Pairs,
-) -> PyResult<Answer> {
-    let path = Path::new("frame");
-    let stated = statements(path, columns, units, sample_rate_Hz, notes)?;
-    let inspection = import::inspect_table(path, &table_of(data, Vec::new()), None, &stated);
-    inspection.map(|i| inspection_answer(&i)).map_err(|error| log_error(&error))
 }

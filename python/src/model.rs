@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use drive_model::card;
 use host_tools::log::Axis;
 use host_tools::model::{self, Input, ModelError, SummingPoint};
 use host_tools::report;
@@ -10,7 +9,6 @@ use host_tools::words::nearest;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::answer::Answer;
 use crate::error::model_error;
 
 /// A model of a drive. An analysis takes a copy.
@@ -37,7 +35,10 @@ impl Model {
 }
 
 /// A word that must be one of `known`.
-fn chosen<T>(what: &str, word: &str, known: &[&'static str], choice: Option<T>) -> PyResult<T> {
+///
+/// # Errors
+/// `ValueError`, with the nearest of `known`.
+pub fn chosen<T>(what: &str, word: &str, known: &[&'static str], choice: Option<T>) -> PyResult<T> {
     choice.ok_or_else(|| {
         let hint = nearest(word, known.iter().copied()).map_or(String::new(), |near| format!("; did you mean {near:?}?"));
         PyValueError::new_err(format!("{what} {word:?}: must be one of {}{hint}", known.join(", ")))
@@ -133,16 +134,4 @@ impl Model {
     fn columns(&self) -> Vec<String> {
         self.model.columns().iter().map(String::as_str).chain(self.model.rate_column()).map(str::to_owned).collect()
     }
-}
-
-/// The catalogue of effects, or one effect of it.
-#[pyfunction]
-#[pyo3(signature = (effect=None))]
-pub fn effects(effect: Option<&str>) -> PyResult<Answer> {
-    let Some(id) = effect else {
-        return Ok(Answer::new(&report::effects::list_json(), report::effects::list_text(false), report::effects::list_html()));
-    };
-    let known: Vec<&'static str> = drive_model::cards().iter().map(|card| card.id).collect();
-    let card = chosen("effect", id, &known, card(id))?;
-    Ok(Answer::new(&report::effects::effect_json(card), report::effects::effect_text(card, false), report::effects::effect_html(card)))
 }
