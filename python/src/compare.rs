@@ -1,6 +1,6 @@
 //! `compare`, `fit` and `simulate`.
 
-use host_tools::identify::deadline::Deadline;
+use host_tools::deadline::Deadline;
 use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use host_tools::identify::explain::criteria::JoiningCriteria;
 use host_tools::identify::explain::join_logs::join;
