@@ -6,11 +6,11 @@ use hal_sim::plant::Stand;
 use hal_sim::session::SessionRequest;
 use host_tools::acquire::hidden::hide;
 use host_tools::acquire::profile_choice::choose_profile;
-use host_tools::acquire::simulation::{SimulationError, simulate_to_file};
+use host_tools::acquire::simulation::{SimulationError, described_stand, simulate_to_file};
 use host_tools::report::simulation as report;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use stand_firmware::speed_loop::{Config, Mode};
+use stand_firmware::speed_loop::Mode;
 
 use crate::answer::Answer;
 use crate::error::{analysis_error, log_error, stand_error};
@@ -34,11 +34,7 @@ pub fn mode_of(word: &str) -> PyResult<Mode> {
 /// `ValueError`: the description is invalid.
 pub fn stand_of(description: Option<&str>) -> PyResult<Stand> {
     let Some(text) = description else { return Ok(Stand::default()) };
-    let invalid = |error: &dyn std::fmt::Display| PyValueError::new_err(format!("stand: {error}"));
-    let stand = Stand::parse(text).map_err(|error| invalid(&error))?;
-    stand.sensors.check().map_err(|error| invalid(&error))?;
-    Config::new(&stand.firmware, &stand.hardware).map_err(|error| invalid(&error))?;
-    Ok(stand)
+    described_stand(text).map_err(|error| PyValueError::new_err(format!("stand: {error}")))
 }
 
 /// Writes a log of the simulated stand; the answer has its summary and the hidden effect.

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use hal_sim::plant::{Plant, Stand, StandError};
 use hal_sim::session::{self, Block, Record, SessionError, SessionRequest};
+use stand_firmware::speed_loop::Config;
 
 use crate::files;
 use crate::log::{BlockWriter, Column, Format, Log, LogError, LogErrorKind, Note, Notes};
@@ -27,6 +28,17 @@ pub enum SimulationError {
     /// The name of the log is invalid, or it cannot be written.
     #[error(transparent)]
     Log(#[from] LogError),
+}
+
+/// The stand of a description in TOML, checked in full: its parts, sensors and firmware settings.
+///
+/// # Errors
+/// What is wrong, in words.
+pub fn described_stand(description: &str) -> Result<Stand, String> {
+    let stand = Stand::parse(description).map_err(|error| error.to_string())?;
+    stand.sensors.check().map_err(|error| error.to_string())?;
+    Config::new(&stand.firmware, &stand.hardware).map_err(|error| error.to_string())?;
+    Ok(stand)
 }
 
 /// A log without its rows.

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use hal_sim::gyro::SingleAxis;
 use hal_sim::plant::Stand;
-use stand_firmware::speed_loop::{Config, Mode};
+use stand_firmware::speed_loop::Mode;
 
 use super::error::CliError;
 use crate::acquire::hidden::{HiddenEffect, hide};
 use crate::acquire::link::ports;
+use crate::acquire::simulation::described_stand;
 
 /// Control of the drive during a profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -39,11 +40,8 @@ pub(super) fn read_stand(path: Option<&Path>) -> Result<Stand, CliError> {
 
 /// The stand described by `text`, with valid firmware settings; errors name the file `path`.
 pub(super) fn parse_stand(text: &str, path: &Path) -> Result<Stand, CliError> {
-    let stand = Stand::parse(text).map_err(|e| CliError::in_file(path, e))?;
     // The session checks these too, but its errors do not name the file.
-    stand.sensors.check().map_err(|e| CliError::in_file(path, e))?;
-    Config::new(&stand.firmware, &stand.hardware).map_err(|e| CliError::in_file(path, e))?;
-    Ok(stand)
+    described_stand(text).map_err(|e| CliError::in_file(path, e))
 }
 
 /// The simulated gyroscope described by the file at `path`; without a path the default gyroscope.
