@@ -2,6 +2,7 @@
 
 use hal_sim::plant::Stand;
 use host_tools::acquire::hidden::hide;
+use host_tools::identify::defects::defects;
 use host_tools::identify::explain::{Explanation, Purpose, Refusal, Verdict, explain};
 use host_tools::log::Log;
 use host_tools::model::Model;
@@ -82,6 +83,17 @@ fn own_cogging_is_found_and_leaves_the_noise() {
     assert!(left(&e) < 1.05, "{} × the noise is left", left(&e));
     let order = |model: &Model| model.value("cogging_order");
     assert_eq!(order(&e.model), stand.effects["cogging"].get("cogging_order").copied());
+}
+
+/// Under the speed loop a soft shaft may oscillate until the drive trips. Above the resonance the platform opposes the motor, which is no exchange of columns and no
+/// reversed sign.
+#[test]
+fn oscillating_shaft_is_no_defect_of_the_log() {
+    for seed in 2000..2030 {
+        let profile = ["multi-step", "multisine", "prbs"][seed % 3];
+        let drawn = Drawn::by_name(&format!("own/compliance/rate/{profile}/{seed}")).expect("a log of the table");
+        assert_eq!(defects(&drawn.log(), &drawn.user_model()), [], "{profile}, {seed}");
+    }
 }
 
 #[test]

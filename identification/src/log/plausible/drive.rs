@@ -1,7 +1,8 @@
 //! Signs of voltage, current and torque relative to the motion.
 //!
 //! Regressions on means over short windows, which are insensitive to conventions of half a row: u = R i + K ω for the winding,
-//! K i = J ω' + friction for the rotor. Only signs are judged, and only significant ones.
+//! K i = J ω' + friction for the rotor. Only signs are judged, and only significant ones. On a flexible shaft the motor's rate is ω + c ω'', and above the resonance it opposes the measured
+//! one; the second derivative is therefore in both regressions. A log of one oscillation alone then determines no sign.
 
 use super::Defect;
 use super::regress::{Regression, regress};
@@ -67,37 +68,41 @@ fn best<const K: usize>(fit: impl Fn(f64) -> Option<Regression<K>>) -> Option<Re
         .max_by(|a, b| significance(a).total_cmp(&significance(b)))
 }
 
-/// Regression of u on i and ω.
-fn electrical(log: &Log, u: &[f64], i: &[f64], length_s: f64) -> Option<Regression<2>> {
+/// Regression of u on i, ω and ω''.
+fn electrical(log: &Log, u: &[f64], i: &[f64], length_s: f64) -> Option<Regression<3>> {
     let windows = Windows::of_length(log, length_s);
     let omega = rates(log, &windows)?;
-    regress([&windows.means(i), &omega], &windows.means(u))
+    let (u, i) = (windows.means(u), windows.means(i));
+    let mut rows: [Vec<f64>; 4] = Default::default();
+    for k in windows.centres(1) {
+        let values = [i[k], omega[k], omega[k + 1] - 2.0 * omega[k] + omega[k - 1], u[k]];
+        rows.iter_mut().zip(values).for_each(|(row, value)| row.push(value));
+    }
+    let [i, rate, curvature, u] = rows;
+    regress([&i, &rate, &curvature], &u)
 }
 
-/// Regression of a drive column on ω', ω, sign ω and θ.
-fn mechanical(log: &Log, drive: &[f64], length_s: f64) -> Option<Regression<4>> {
+/// Regression of a drive column on ω', ω, sign ω, θ and ω'''.
+fn mechanical(log: &Log, drive: &[f64], length_s: f64) -> Option<Regression<5>> {
     let windows = Windows::of_length(log, length_s);
     let omega = rates(log, &windows)?;
     let drive = windows.means(drive);
     let largest_rate = omega.iter().copied().max_abs();
     let theta = log.column("theta_rad").map(|theta| windows.means(theta));
-    let mut rows: [Vec<f64>; 5] = Default::default();
-    for k in 1..omega.len().saturating_sub(1) {
-        // The three windows must adjoin.
-        if windows.rows[k - 1].end != windows.rows[k].start || windows.rows[k].end != windows.rows[k + 1].start {
-            continue;
-        }
+    let mut rows: [Vec<f64>; 6] = Default::default();
+    for k in windows.centres(2) {
         let values = [
             omega[k + 1] - omega[k - 1],
             omega[k],
             (omega[k] / (0.02 * largest_rate)).tanh(),
             theta.as_ref().map_or(0.0, |t| t[k]),
+            omega[k + 2] - 2.0 * omega[k + 1] + 2.0 * omega[k - 1] - omega[k - 2],
             drive[k],
         ];
         rows.iter_mut().zip(values).for_each(|(row, value)| row.push(value));
     }
-    let [acceleration, rate, direction, angle, drive] = rows;
-    regress([&acceleration, &rate, &direction, &angle], &drive)
+    let [acceleration, rate, direction, angle, third, drive] = rows;
+    regress([&acceleration, &rate, &direction, &angle, &third], &drive)
 }
 
 /// Mean rate in each window: from the angle if it is measured, else from the rate.

@@ -32,6 +32,12 @@ impl Windows {
         Self::of_rows(log, if dt_s > 0.0 { (length_s / dt_s).round() as usize } else { 1 })
     }
 
+    /// The windows with `beside` adjoining windows on each side.
+    pub fn centres(&self, beside: usize) -> impl Iterator<Item = usize> {
+        let adjoin = move |k: usize| self.rows[k - beside..=k + beside].windows(2).all(|w| w[0].end == w[1].start);
+        (beside..self.rows.len().saturating_sub(beside)).filter(move |&k| adjoin(k))
+    }
+
     /// Mean of the rows of each window.
     pub fn means(&self, values: &[f64]) -> Vec<f64> {
         self.rows.iter().map(|r| mean(&values[r.clone()])).collect()
