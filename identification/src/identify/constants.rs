@@ -10,7 +10,7 @@
 //! In: the model with its start values, and a fit. Out: the constants that are a decade or more from their start values, and the defect of the log if the shifts have
 //! the pattern of columns in thousandths of their unit. Exempt are constants that are fixed, not determined, or without a start value in the file.
 
-use super::fit::{FitResult, PreparedLog};
+use super::fit::{self, FitResult, PreparedLog};
 use crate::log::plausible::{Defect, ShiftedConstant};
 use crate::model::{BaseParameter, Channel, Input, Model, ModelParameter};
 
@@ -36,6 +36,16 @@ pub fn shifted(model: &Model, result: &FitResult) -> Vec<ShiftedConstant> {
 /// The columns that are in thousandths of their unit, by the fit or comparison `result` of `model` with `data`.
 pub fn columns_in_thousandths(model: &Model, data: &PreparedLog, result: &FitResult) -> Option<Defect> {
     by_multiple(model, data, result).or_else(|| by_shifts(model, result))
+}
+
+/// The columns that are in thousandths of their unit, by a fit of `model`. A fit to a column in another unit may end anywhere: where it describes a channel badly, the start values show what the column is a
+/// multiple of.
+pub fn columns_in_thousandths_by_fit(model: &Model, data: &PreparedLog, fitted: &FitResult) -> Option<Defect> {
+    let at_start = || {
+        let (system, start) = fit::build::system(model, data.temp_C.is_some());
+        columns_in_thousandths(model, data, &fit::compare(&system, &start, data).ok()?)
+    };
+    columns_in_thousandths(model, data, fitted).or_else(|| may_have_wrong_unit(fitted).then(at_start).flatten())
 }
 
 /// A measured current, voltage or torque that is about 1000 × the modelled one.

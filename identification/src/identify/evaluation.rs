@@ -112,21 +112,20 @@ pub fn evaluate<'a>(
     }
     let undetermined = undetermined_own_parameters(model, &result);
     result.unidentifiable.extend(undetermined);
-    let defect_of = |result: &FitResult| constants::columns_in_thousandths(model, &data, result);
-    // Values on the way to the minimum prove nothing about units.
-    let mut defect = if deadline.has_passed() { None } else { defect_of(&result) };
-    let mut fitted = (treatment != ParameterTreatment::Kept).then(|| result.clone());
-    if defect.is_none() && constants::may_have_wrong_unit(&result) {
-        let (system, parameters) = fit::build::system(model, data.temp_C.is_some());
-        if fitted.is_none() {
-            // A comparison keeps the constants: a fit shows whether they contradict the log.
-            fitted = fit::fit(&system, &parameters.within_physical_ranges(), &data).ok();
-            defect = fitted.as_ref().and_then(defect_of);
-        } else {
-            // A fit to a column in another unit may end anywhere: the start values show what the column is a multiple of.
-            defect = fit::compare(&system, &parameters, &data).ok().as_ref().and_then(defect_of);
+    // A comparison keeps the constants: where it describes a channel badly, a fit shows whether they contradict the log.
+    let fitted = match treatment {
+        ParameterTreatment::Kept if constants::may_have_wrong_unit(&result) => {
+            let (system, parameters) = fit::build::system(model, data.temp_C.is_some());
+            fit::fit(&system, &parameters.within_physical_ranges(), &data).ok()
         }
-    }
+        ParameterTreatment::Kept => None,
+        ParameterTreatment::Fitted | ParameterTreatment::FittedToAllRows => Some(result.clone()),
+    };
+    // Values on the way to the minimum prove nothing about units.
+    let judged = !deadline.has_passed();
+    let by_comparison = (judged && treatment == ParameterTreatment::Kept).then(|| constants::columns_in_thousandths(model, &data, &result));
+    let by_fit = || fitted.as_ref().filter(|_| judged).and_then(|fitted| constants::columns_in_thousandths_by_fit(model, &data, fitted));
+    let defect = by_comparison.flatten().or_else(by_fit);
     if let Some(defect) = defect {
         return Ok(Evaluation::ImplausibleLog(vec![defect]));
     }

@@ -228,7 +228,7 @@ pub fn explain_until(
     let base = start.free_run();
     // Values on the way to the minimum prove nothing about units.
     if !base.data.deadline.has_passed()
-        && let Some(defect) = constants::columns_in_thousandths(model, &base.data, &base.fit)
+        && let Some(defect) = constants::columns_in_thousandths_by_fit(model, &base.data, &base.fit)
     {
         drop(start);
         return Err(ExplainError::BadLog { log: Box::new(log), findings: vec![defect] });

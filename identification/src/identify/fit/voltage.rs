@@ -334,7 +334,7 @@ mod tests {
                 _ => by_means(&means, &mut rows),
             }
             let expected = VoltageCourse { rows_V: rows.into(), known };
-            let drawn = expected.drawn(&means, &[0..ROWS], &mut random).unwrap();
+            let drawn = expected.drawn(&means, &[0..ROWS / 2, ROWS / 2..ROWS], &mut random).unwrap();
             for k in 0..3 {
                 let rms = |other: &dyn Fn(usize) -> f64| {
                     ((0..ROWS).map(|row| (other(row) - expected.rows_V[row][k]).powi(2)).sum::<f64>() / ROWS as f64).sqrt()
@@ -348,7 +348,7 @@ mod tests {
             }
         }
         let values = VoltageCourse { rows_V: vec![[0.1; 3]; 4].into(), known: Known::Values };
-        assert_eq!(values.drawn(&[0.0; 4], &[0..4], &mut random), None);
+        assert_eq!(values.drawn(&[0.0; 4], &[0..2, 2..4], &mut random), None);
     }
 
     #[test]
