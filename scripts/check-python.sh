@@ -35,17 +35,17 @@ PYTHON
 )
 
 part "tests"
-python3 -m venv "$work/tests"
-"$work/tests/bin/pip" install --quiet "$wheel[all]" pytest mypy nbclient nbformat ipykernel
+python3 -m venv "$work/installed"
+"$work/installed/bin/pip" install --quiet "$wheel[all]" pytest mypy nbclient nbformat ipykernel
 cp -r python/tests python/pyproject.toml "$work"
 echo 'rotary_stand._native.__all__' >"$work/allowed.txt" # pyo3 makes it, private names included
-(cd "$work" && ROTARY_STAND_WHEEL=1 "$work/tests/bin/python" -m pytest -q tests)
+(cd "$work" && ROTARY_STAND_WHEEL=1 "$work/installed/bin/python" -m pytest -q tests)
 
 part "types"
-(cd "$work" && "$work/tests/bin/mypy" --config-file pyproject.toml -p rotary_stand)
-(cd "$work" && "$work/tests/bin/stubtest" rotary_stand._native --mypy-config-file pyproject.toml --concise --allowlist allowed.txt)
+(cd "$work" && "$work/installed/bin/mypy" --config-file pyproject.toml -p rotary_stand)
+(cd "$work" && "$work/installed/bin/stubtest" rotary_stand._native --mypy-config-file pyproject.toml --concise --allowlist allowed.txt)
 
 part "notebooks"
-"$work/tests/bin/python" python/notebooks.py --check
+"$work/installed/bin/python" python/notebooks.py --check
 
 part "the Python package is in order"
