@@ -12,6 +12,8 @@ import numpy.typing as npt
 #: Name, numbers less origin, origin, whether the cells are dates, first cell that is no number (row from 1, text).
 Column = tuple[str, npt.NDArray[np.float64], float, bool, "tuple[int, str] | None"]
 Pairs = list[tuple[str, str]]
+#: Names of the columns, units, sample rate in Hz, notes.
+Stated = tuple[Pairs, Pairs, "float | None", Pairs]
 
 
 def pairs(mapping: Mapping[str, str] | None, name: str) -> Pairs:
@@ -21,6 +23,13 @@ def pairs(mapping: Mapping[str, str] | None, name: str) -> Pairs:
     if not isinstance(mapping, Mapping) or not all(isinstance(word, str) for pair in mapping.items() for word in pair):
         raise TypeError(f"{name} must be a mapping of names to names, for example {{'speed_rpm': 'omega_rad_s'}}")
     return list(mapping.items())
+
+
+def stated(
+    columns: Mapping[str, str] | None, units: Mapping[str, str] | None, sample_rate_Hz: float | None, notes: Mapping[str, str] | None
+) -> Stated:
+    """What a caller states about a log of another program; TypeError for anything but mappings of names."""
+    return pairs(columns, "columns"), pairs(units, "units"), sample_rate_Hz, pairs(notes, "notes")
 
 
 def path_of(path: str | os.PathLike[str]) -> str:

@@ -65,10 +65,7 @@ class Log:
             _native.Log.read(
                 _convert.path_of(path),
                 list(also),
-                _convert.pairs(columns, "columns"),
-                _convert.pairs(units, "units"),
-                sample_rate_Hz,
-                _convert.pairs(notes, "notes"),
+                _convert.stated(columns, units, sample_rate_Hz, notes),
             )
         )
 
@@ -88,21 +85,16 @@ class Log:
         Integers, float32 and booleans become float64; time stamps become seconds, from the first row where they are dates. A column of a name of the project
         must be complete; with ``columns``, ``units`` or ``sample_rate_Hz`` rows that lack a used value are left out, with a warning. ``name``: name in messages.
         """
-        stated = (
-            _convert.pairs(columns, "columns"),
-            _convert.pairs(units, "units"),
-            sample_rate_Hz,
-            _convert.pairs(notes, "notes"),
-        )
+        stated = _convert.stated(columns, units, sample_rate_Hz, notes)
         if isinstance(data, Log):
-            data = data.to_dict()
+            return cls(_native.Log.of_columns(name, _convert.columns(data.to_dict().items()), data.notes, stated))
         if _convert.is_pandas(data):
             own = [(str(key), str(text)) for key, text in data.attrs.get("notes", [])]
-            return cls(_native.Log.of_columns(name, _convert.pandas_columns(data), own, *stated))
+            return cls(_native.Log.of_columns(name, _convert.pandas_columns(data), own, stated))
         if hasattr(data, "__arrow_c_stream__"):
-            return cls(_native.Log.of_arrow(name, data.__arrow_c_stream__(), *stated))
+            return cls(_native.Log.of_arrow(name, data.__arrow_c_stream__(), stated))
         if isinstance(data, Mapping):
-            return cls(_native.Log.of_columns(name, _convert.columns(data.items()), [], *stated))
+            return cls(_native.Log.of_columns(name, _convert.columns(data.items()), [], stated))
         raise TypeError(f"a log cannot be made of {type(data).__name__}: give a DataFrame, an Arrow table or a mapping of names to arrays")
 
     @classmethod
@@ -277,15 +269,10 @@ def inspect(
 
     ``source``: a path, a DataFrame of pandas or polars, or a mapping of names to arrays. Raises LogError where a statement does not fit the data.
     """
-    stated = (
-        _convert.pairs(columns, "columns"),
-        _convert.pairs(units, "units"),
-        sample_rate_Hz,
-        _convert.pairs(notes, "notes"),
-    )
+    stated = _convert.stated(columns, units, sample_rate_Hz, notes)
     if isinstance(source, (str, os.PathLike)):
-        return Inspection(_native.inspect_file(_convert.path_of(source), *stated))
+        return Inspection(_native.inspect_file(_convert.path_of(source), stated))
     if _convert.is_pandas(source):
-        return Inspection(_native.inspect_columns(_convert.pandas_columns(source), *stated))
+        return Inspection(_native.inspect_columns(_convert.pandas_columns(source), stated))
     items = source.items() if isinstance(source, Mapping) else ((name, source[name].to_numpy()) for name in source.columns)
-    return Inspection(_native.inspect_columns(_convert.columns(items), *stated))
+    return Inspection(_native.inspect_columns(_convert.columns(items), stated))

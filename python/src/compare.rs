@@ -73,16 +73,7 @@ fn evaluated(log: &log::Log, model: &model::Model, wanted: Wanted, deadline: Dea
         Wanted::Comparison | Wanted::Fit { .. } => series(log, &evaluated.data, &evaluated.result),
     };
     let rows = rows.map_err(|error| log_error(&error))?;
-    let comparison = Comparison {
-        log,
-        model,
-        data: &evaluated.data,
-        result: &evaluated.result,
-        fitted,
-        seconds: evaluated.seconds,
-        remarks: evaluated.remarks,
-        misfits: evaluated.misfits,
-    };
+    let comparison = Comparison::of(log, model, &evaluated, fitted);
     let json = if fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) };
     let answer = Answer::new(&json, report::comparison_text(&comparison, STYLE), report::comparison_html(&comparison)).with_series(rows);
     if !fitted {

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 use crate::answer::Answer;
 use crate::error::log_error;
-use crate::table::{ColumnOfPython, Pairs, statements, table_of};
+use crate::table::{ColumnOfPython, Stated, statements, table_of};
 use crate::task;
 
 fn inspection_answer(inspection: &Inspection) -> Answer {
@@ -17,29 +17,16 @@ fn inspection_answer(inspection: &Inspection) -> Answer {
 
 /// What a file of any program contains.
 #[pyfunction]
-pub fn inspect_file(
-    py: Python<'_>,
-    path: PathBuf,
-    columns: Pairs,
-    units: Pairs,
-    sample_rate_Hz: Option<f64>,
-    notes: Pairs,
-) -> PyResult<Answer> {
-    let stated = statements(&path, columns, units, sample_rate_Hz, notes)?;
+pub fn inspect_file(py: Python<'_>, path: PathBuf, stated: Stated) -> PyResult<Answer> {
+    let stated = statements(&path, stated)?;
     task::run(py, None, move |_| import::inspect(&path, &stated).map(|i| inspection_answer(&i)).map_err(|error| log_error(&error)))
 }
 
 /// What NumPy columns contain.
 #[pyfunction]
-pub fn inspect_columns(
-    data: Vec<ColumnOfPython<'_>>,
-    columns: Pairs,
-    units: Pairs,
-    sample_rate_Hz: Option<f64>,
-    notes: Pairs,
-) -> PyResult<Answer> {
+pub fn inspect_columns(data: Vec<ColumnOfPython<'_>>, stated: Stated) -> PyResult<Answer> {
     let path = Path::new("frame");
-    let stated = statements(path, columns, units, sample_rate_Hz, notes)?;
+    let stated = statements(path, stated)?;
     let inspection = import::inspect_table(path, &table_of(data, Vec::new()), None, &stated);
     inspection.map(|i| inspection_answer(&i)).map_err(|error| log_error(&error))
 }

@@ -13,7 +13,7 @@ use pyo3::types::PyCapsule;
 
 use crate::arrow;
 use crate::error::log_error;
-use crate::table::{ColumnOfPython, Pairs, log_of, log_of_inspected, statements, table_of};
+use crate::table::{ColumnOfPython, Pairs, Stated, log_of, log_of_inspected, statements, table_of};
 use crate::task;
 
 /// A log: columns of numbers in SI units, notes and warnings. It does not change.
@@ -39,16 +39,8 @@ impl Log {
 impl Log {
     /// Reads a file; `also` are columns of other names to read. What is stated about a file of another program holds for this call.
     #[staticmethod]
-    fn read(
-        py: Python<'_>,
-        path: PathBuf,
-        also: Vec<String>,
-        columns: Pairs,
-        units: Pairs,
-        sample_rate_Hz: Option<f64>,
-        notes: Pairs,
-    ) -> PyResult<Log> {
-        let stated = statements(&path, columns, units, sample_rate_Hz, notes)?;
+    fn read(py: Python<'_>, path: PathBuf, also: Vec<String>, stated: Stated) -> PyResult<Log> {
+        let stated = statements(&path, stated)?;
         task::run(py, None, move |_| {
             if stated.is_empty() {
                 let also: Vec<&str> = also.iter().map(String::as_str).collect();
@@ -61,30 +53,15 @@ impl Log {
 
     /// The log of NumPy columns; `path` is its name in messages.
     #[staticmethod]
-    fn of_columns(
-        path: PathBuf,
-        data: Vec<ColumnOfPython<'_>>,
-        data_notes: Pairs,
-        columns: Pairs,
-        units: Pairs,
-        sample_rate_Hz: Option<f64>,
-        notes: Pairs,
-    ) -> PyResult<Log> {
-        let stated = statements(&path, columns, units, sample_rate_Hz, notes)?;
+    fn of_columns(path: PathBuf, data: Vec<ColumnOfPython<'_>>, data_notes: Pairs, stated: Stated) -> PyResult<Log> {
+        let stated = statements(&path, stated)?;
         log_of(&path, table_of(data, data_notes), &stated).map(Log::from)
     }
 
     /// The log of an object with `__arrow_c_stream__`.
     #[staticmethod]
-    fn of_arrow(
-        path: PathBuf,
-        stream: &Bound<'_, PyCapsule>,
-        columns: Pairs,
-        units: Pairs,
-        sample_rate_Hz: Option<f64>,
-        notes: Pairs,
-    ) -> PyResult<Log> {
-        let stated = statements(&path, columns, units, sample_rate_Hz, notes)?;
+    fn of_arrow(path: PathBuf, stream: &Bound<'_, PyCapsule>, stated: Stated) -> PyResult<Log> {
+        let stated = statements(&path, stated)?;
         log_of(&path, arrow::table_of(&path, stream)?, &stated).map(Log::from)
     }
 

@@ -10,6 +10,7 @@ use host_tools::acquire::simulation::{SimulationError, described_stand, simulate
 use host_tools::report::simulation as report;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stand_firmware::profile::ProfileConfig;
 use stand_firmware::speed_loop::Mode;
 
 use crate::answer::Answer;
@@ -20,12 +21,23 @@ use crate::task;
 ///
 /// # Errors
 /// `ValueError`: neither `rate` nor `voltage`.
-pub fn mode_of(word: &str) -> PyResult<Mode> {
+fn mode_of(word: &str) -> PyResult<Mode> {
     match word {
         "rate" => Ok(Mode::Rate),
         "voltage" => Ok(Mode::Voltage),
         other => Err(PyValueError::new_err(format!("mode {other:?}: must be \"rate\" or \"voltage\""))),
     }
+}
+
+/// Mode and profile by their names; `seed` of a random profile.
+///
+/// # Errors
+/// `ValueError`: a name or a parameter is invalid.
+pub fn profile_of(profile: &str, mode: &str, seed: u64, parameters: &[(String, f64)]) -> PyResult<(Mode, ProfileConfig)> {
+    let mode = mode_of(mode)?;
+    let parameters: Vec<(&str, f64)> = parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+    let profile = choose_profile(profile, mode, seed, &parameters).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    Ok((mode, profile))
 }
 
 /// The simulated stand of a description in TOML, or the default one.
@@ -52,10 +64,8 @@ pub fn simulated_log(
     stand: Option<&str>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Answer> {
-    let mode = mode_of(mode)?;
+    let (mode, profile) = profile_of(profile, mode, seed, &parameters)?;
     let mut stand = stand_of(stand)?;
-    let parameters: Vec<(&str, f64)> = parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-    let profile = choose_profile(profile, mode, seed, &parameters).map_err(|error| PyValueError::new_err(error.to_string()))?;
     let hidden = hidden.map(|effect| hide(effect, &mut stand)).transpose();
     let hidden = hidden.map_err(|error| PyValueError::new_err(format!("hidden: {error}")))?;
     task::run(py, progress.as_ref(), move |task| {

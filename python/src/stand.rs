@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use embassy_futures::block_on;
 use host_tools::acquire::link::SerialLink;
-use host_tools::acquire::profile_choice::choose_profile;
 use host_tools::acquire::profile_recording::{ProfileRecordingError, ProfileRecordingRequest, early_end, record_profile};
 use host_tools::acquire::recording::{RecordingMonitor, RecordingProgress};
 #[cfg(unix)]
@@ -17,7 +16,7 @@ use pyo3::prelude::*;
 use stand_firmware::telemetry::Channels;
 
 use crate::error::{log_error, stand_error};
-use crate::sim::{mode_of, stand_of};
+use crate::sim::{profile_of, stand_of};
 use crate::task::{self, Task};
 
 /// Longest wait for a row while nothing else is done.
@@ -129,9 +128,7 @@ impl Stand {
         notes: Vec<(String, String)>,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Option<String>> {
-        let mode = mode_of(mode)?;
-        let parameters: Vec<(&str, f64)> = parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let profile = choose_profile(profile, mode, seed, &parameters).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let (mode, profile) = profile_of(profile, mode, seed, &parameters)?;
         if !(1e-3..=1e6).contains(&seconds) || !(1..=1000).contains(&decimation) {
             return Err(PyValueError::new_err("seconds must be 0.001 to 1000000, decimation 1 to 1000"));
         }

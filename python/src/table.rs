@@ -31,11 +31,14 @@ pub fn table_of(columns: Vec<ColumnOfPython<'_>>, notes: Pairs) -> Table {
     Table { columns: columns.into_iter().enumerate().map(column).collect(), notes, ..Table::default() }
 }
 
-/// What the caller states about a log of another program.
+/// What the caller states about a log of another program, as `rotary_stand._convert.stated` prepares it: names of the columns, units, sample rate in Hz, notes.
+pub type Stated = (Pairs, Pairs, Option<f64>, Pairs);
+
+/// The statements of the library.
 ///
 /// # Errors
 /// `LogError`: a note is not understood.
-pub fn statements(path: &Path, columns: Pairs, units: Pairs, sample_rate_Hz: Option<f64>, notes: Pairs) -> PyResult<Statements> {
+pub fn statements(path: &Path, (columns, units, sample_rate_Hz, notes): Stated) -> PyResult<Statements> {
     match note_not_understood(&notes) {
         Some(message) => Err(log_error_at(&format!("{}: {message}", path.display()), path, None, None)),
         None => Ok(Statements { columns, units, sample_rate_Hz, notes }),

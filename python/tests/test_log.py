@@ -231,3 +231,11 @@ def test_views_of_a_log(cogging_log: rs.Log) -> None:
     assert [(s.start, s.stop) for s in cogging_log.segments] == [(0, 12000)]
     with pytest.raises(KeyError, match="no column"):
         cogging_log["nothing"]
+
+
+def test_a_log_of_a_log_keeps_its_notes(null_log: rs.Log) -> None:
+    again = rs.Log.of(null_log, notes={"stand": "2"})
+    assert dict(again.notes)["stand"] == "2"
+    kept = [note for note in null_log.notes if note[0] != "stand"]
+    assert kept and all(note in again.notes for note in kept)
+    assert np.array_equal(again["omega_rad_s"], null_log["omega_rad_s"])

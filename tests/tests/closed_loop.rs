@@ -7,6 +7,7 @@ use host_tools::log::{Column, Log};
 use host_tools::model::Model;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
+use stand_tests::draw::Drawn;
 use stand_tests::own::{TRUTH, log, model};
 
 /// Start values that are wrong by a third.
@@ -46,6 +47,26 @@ fn inductance_under_the_speed_loop_has_no_bias_of_the_encoders_noise() {
     }
     // The moment of the voltage acts with its size and sign.
     assert!(with < 0.15e-6 && without > 2.0 * with, "{with} {without}");
+}
+
+/// Play makes the voltage jump within the rows. What the log leaves open of it is then the larger part of some standard errors, and the answer says so.
+#[test]
+fn standard_errors_by_the_voltage_within_the_rows_are_said() {
+    for (id, is_open) in [("own/backlash/rate/multi-step/2000", true), ("nulls/rate/multi-step/2000", false)] {
+        let drawn = Drawn::by_name(id).expect("a log of the table");
+        let log = drawn.log();
+        let found = fitted(&log, &drawn.true_model());
+        assert!(found.result.leaves_noise_only(), "{id}");
+        assert_eq!(found.remarks.contains(&EvaluationRemark::RestsOnCourse), is_open, "{id}");
+        assert_eq!(found.result.sigma_is_lower_bound(), is_open, "{id}");
+        if is_open {
+            let list = found.result.parameters.list.iter().zip(&found.result.sigmas);
+            let (inductance, sigma) = list.into_iter().find(|(p, _)| p.name == "inductance_H").expect("the inductance");
+            // By the noise alone the standard error is 0.12 µH, and the error 0.37 µH.
+            let error = (inductance.value - TRUTH[INDUCTANCE].1).abs();
+            assert!(*sigma > 0.25e-6 && error < 2.0 * sigma, "{error} ± {sigma}");
+        }
+    }
 }
 
 #[test]

@@ -86,16 +86,7 @@ pub(super) fn evaluate_and_report(
         }
         Evaluation::Evaluated(evaluated) => *evaluated,
     };
-    let comparison = Comparison {
-        log,
-        model,
-        data: &evaluated.data,
-        result: &evaluated.result,
-        fitted,
-        seconds: evaluated.seconds,
-        remarks: evaluated.remarks,
-        misfits: evaluated.misfits,
-    };
+    let comparison = Comparison::of(log, model, &evaluated, fitted);
     output.text(&report::comparison_text(&comparison, style()))?;
     output.json(|| if fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) })?;
     output.html(|| report::comparison_html(&comparison))?;

@@ -83,16 +83,7 @@ pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool,
     }
     let kind = if fits { "fit" } else { "compare" };
     let answer = panel.session.free_name(kind, "json");
-    let comparison = Comparison {
-        log: &log,
-        model: &model,
-        data: &evaluated.data,
-        result: &evaluated.result,
-        fitted: fits,
-        seconds: evaluated.seconds,
-        remarks: evaluated.remarks,
-        misfits: evaluated.misfits,
-    };
+    let comparison = Comparison::of(&log, &model, &evaluated, fits);
     let mut json = if fits { report::fit_json(&comparison) } else { report::compare_json(&comparison) };
     let rows = series(&log, &evaluated.data, &evaluated.result).map_err(message)?;
     rows.write(panel.session.new_file(&series_name(&answer)).map_err(message)?).map_err(message)?;

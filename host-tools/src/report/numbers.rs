@@ -1,8 +1,8 @@
 //! Numbers for people: significant digits, values with their uncertainty, p-values.
 
 /// What precedes the standard errors of a fit: where it leaves more than noise, what the model lacks may have shifted the parameters by more than they say.
-pub fn at_least(leaves_noise_only: bool) -> &'static str {
-    if leaves_noise_only { "" } else { "at least " }
+pub fn at_least(sigma_is_lower_bound: bool) -> &'static str {
+    if sigma_is_lower_bound { "at least " } else { "" }
 }
 
 /// A number with `digits` significant digits; with a power of ten only where it is very large or small; a dash where it is not finite.

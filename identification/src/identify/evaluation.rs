@@ -42,6 +42,8 @@ pub enum EvaluationRemark {
     ShiftedConstant(ShiftedConstant),
     /// The parameters are those of largest likelihood of the prediction errors: the noise of the angle may return in the input.
     ByPredictionErrors,
+    /// Of a standard error, the larger part is by the voltage within the rows, for which a random walk is assumed.
+    RestsOnCourse,
     /// A fitted model leaves more than noise: the standard errors do not contain what is missing.
     MoreThanNoise {
         /// rms of the worst channel over its noise.
@@ -108,6 +110,7 @@ pub fn evaluate<'a>(
         if let Some(found) = by_prediction_errors(&system, &data, &result) {
             result = found;
             remarks.push(EvaluationRemark::ByPredictionErrors);
+            remarks.extend(result.rests_on_course.then_some(EvaluationRemark::RestsOnCourse));
         }
     }
     let undetermined = undetermined_own_parameters(model, &result);

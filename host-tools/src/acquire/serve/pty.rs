@@ -152,13 +152,13 @@ impl Pty {
         Ok(())
     }
 
-    /// Sets the terminal to raw mode and discards unread bytes.
+    /// Sets the terminal to raw mode and discards what the client that has left did not read. What a next client may have written already stays.
     fn make_raw(&self) -> Result<(), PtyError> {
         let client = self.client()?;
         let mut settings = tcgetattr(&client)?;
         settings.make_raw();
         tcsetattr(&client, OptionalActions::Now, &settings)?;
-        tcflush(&client, QueueSelector::IOFlush)?;
+        tcflush(&client, QueueSelector::IFlush)?;
         Ok(())
     }
 
@@ -228,6 +228,23 @@ mod tests {
             heard.clear();
         }
         assert_eq!(pty.lost(), 0);
+    }
+
+    /// The end of one client may be noticed only when the next one has written.
+    #[test]
+    fn first_line_of_a_quick_next_client_is_received() {
+        let mut pty = Pty::open(None).unwrap();
+        let mut first = client(&pty);
+        pty.exchange(&mut b"unread".to_vec(), &mut Vec::new()).unwrap();
+        first.write_all(b"last words").unwrap();
+        let mut next = client(&pty);
+        next.write_all(b", next line").unwrap();
+        drop(first);
+        pty.make_raw().unwrap();
+        let mut heard = Vec::new();
+        pty.exchange(&mut b"reply".to_vec(), &mut heard).unwrap();
+        assert_eq!(heard, b"last words, next line");
+        assert_eq!(said(&mut next), b"reply", "without what the first client left unread");
     }
 
     #[test]

@@ -11,10 +11,10 @@ use crate::report::{column, fitted_quantity, log_entries, misfits, numbers, unit
 pub fn html(c: &Comparison) -> String {
     let mut page = Page::new(&c.title());
     head(c, &mut page);
-    misfits::section(c.model.axis(), &c.misfits, &mut page);
+    misfits::section(c.model.axis(), c.misfits, &mut page);
     page.section("Residuals", |page| residuals(c, page));
     if c.fitted {
-        page.section("Parameters", |page| parameter_table(&parameters(c), c.result.leaves_noise_only(), page));
+        page.section("Parameters", |page| parameter_table(&parameters(c), c.result.sigma_is_lower_bound(), page));
     }
     let along = coordinates(c.log, c.data, &c.result.channels);
     let plot_data = ResidualPlotData::new(c.log, c.data, c.result);
@@ -81,8 +81,8 @@ fn residuals(c: &Comparison, page: &mut Page) {
     page.table(table);
 }
 
-fn parameter_table(rows: &[ParameterRow], leaves_noise_only: bool, page: &mut Page) {
-    let mut table = Table::new(["parameter", &format!("value ± {}1σ", numbers::at_least(leaves_noise_only)), "start", "change", ""]);
+fn parameter_table(rows: &[ParameterRow], sigma_is_lower_bound: bool, page: &mut Page) {
+    let mut table = Table::new(["parameter", &format!("value ± {}1σ", numbers::at_least(sigma_is_lower_bound)), "start", "change", ""]);
     for row in rows {
         let change = if row.fixed { String::new() } else { numbers::change(row.start, row.value) };
         let name = Markup::code(&row.name).then_line(Markup::span(Class::Faint, row.description));

@@ -110,7 +110,7 @@ pub fn fit_json(c: &Comparison) -> Value {
                 correlation: u.partner.as_ref().map(|(_, r)| *r),
             })
             .collect(),
-        sigma_is_lower_bound: !c.result.leaves_noise_only(),
+        sigma_is_lower_bound: c.result.sigma_is_lower_bound(),
         converged: c.result.converged,
         steps: c.result.steps,
         comparison: comparison(c),

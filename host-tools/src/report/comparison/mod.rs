@@ -22,7 +22,7 @@ pub use profiles::profiles_json;
 pub use text::text;
 
 use super::log_warnings;
-use crate::identify::evaluation::EvaluationRemark;
+use crate::identify::evaluation::{Evaluated, EvaluationRemark};
 use crate::identify::fit::{FitResult, PreparedLog};
 use crate::identify::residual::Misfit;
 use crate::log::Log;
@@ -43,12 +43,26 @@ pub struct Comparison<'a> {
     /// Computing time, s.
     pub seconds: f64,
     /// Remarks on the comparison.
-    pub remarks: Vec<EvaluationRemark>,
+    pub remarks: &'a [EvaluationRemark],
     /// Systematic residuals, the largest share first.
-    pub misfits: Vec<Misfit>,
+    pub misfits: &'a [Misfit],
 }
 
-impl Comparison<'_> {
+impl<'a> Comparison<'a> {
+    /// The evaluation of `model`, the model as given, on `log`.
+    pub fn of(log: &'a Log, model: &'a Model, evaluated: &'a Evaluated<'a>, fitted: bool) -> Self {
+        Comparison {
+            log,
+            model,
+            data: &evaluated.data,
+            result: &evaluated.result,
+            fitted,
+            seconds: evaluated.seconds,
+            remarks: &evaluated.remarks,
+            misfits: &evaluated.misfits,
+        }
+    }
+
     /// Main heading.
     pub fn title(&self) -> String {
         let (log, model) = (self.log.path().display(), self.model.name());

@@ -108,6 +108,7 @@ fn result(model: &Model, log: &Log, rms: f64) -> FitResult {
         converged: false,
         steps: 40,
         chi2: 1000.0,
+        rests_on_course: false,
     }
 }
 
@@ -132,8 +133,8 @@ fn with_comparison<R>(rows: usize, rms: f64, fitted: bool, check: impl FnOnce(&C
         result: &result,
         fitted,
         seconds: 0.123,
-        remarks: vec![EvaluationRemark::AssumedRateSource { from_encoder: true }],
-        misfits,
+        remarks: &[EvaluationRemark::AssumedRateSource { from_encoder: true }],
+        misfits: &misfits,
     })
 }
 

@@ -26,11 +26,11 @@ pub fn text(c: &Comparison, style: Style) -> String {
         text.push('\n');
     }
     if c.fitted {
-        text.push_str(&parameter_table(&parameters(c), c.result.leaves_noise_only(), style));
+        text.push_str(&parameter_table(&parameters(c), c.result.sigma_is_lower_bound(), style));
         text.push('\n');
     }
     // The conclusion contains the first line.
-    for line in misfits::lines(c.model.axis(), &c.misfits).iter().skip(1) {
+    for line in misfits::lines(c.model.axis(), c.misfits).iter().skip(1) {
         text.push_str(&style.wrapped("• ", "  ", line));
     }
     for line in c.all_warnings() {
@@ -91,7 +91,7 @@ fn channel(c: &Comparison, f: &ChannelFit, style: Style) -> String {
     text
 }
 
-fn parameter_table(rows: &[ParameterRow], leaves_noise_only: bool, style: Style) -> String {
+fn parameter_table(rows: &[ParameterRow], sigma_is_lower_bound: bool, style: Style) -> String {
     let cells: Vec<[String; 3]> = rows
         .iter()
         .map(|row| {
@@ -110,7 +110,7 @@ fn parameter_table(rows: &[ParameterRow], leaves_noise_only: bool, style: Style)
     let mut text = format!(
         "{} {}\n",
         style.strong("Parameters"),
-        style.faint(&format!("(± is {}1 standard uncertainty)", numbers::at_least(leaves_noise_only)))
+        style.faint(&format!("(± is {}1 standard uncertainty)", numbers::at_least(sigma_is_lower_bound)))
     );
     for ([name, value, start], row) in cells.iter().zip(rows) {
         let line = format!("  {name:<names$}  {value:<values$}  {start}");

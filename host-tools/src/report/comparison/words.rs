@@ -58,7 +58,7 @@ pub fn conclusion(c: &Comparison) -> String {
     if c.fitted {
         text.push_str(" This is the best fit of the parameters, so the model lacks an effect.");
     }
-    if let Some(first) = misfits::lines(c.model.axis(), &c.misfits).first() {
+    if let Some(first) = misfits::lines(c.model.axis(), c.misfits).first() {
         text.push(' ');
         text.push_str(first);
     }
@@ -103,7 +103,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ),
     (
         "± 1σ",
-        "standard uncertainty of a fitted parameter: 68 % of repeated estimates lie within 1σ, 95 % within 2σ. \"At least 1σ\": the model leaves more than noise, which may have shifted the parameters by more.",
+        "standard uncertainty of a fitted parameter: 68 % of repeated estimates lie within 1σ, 95 % within 2σ. \"At least 1σ\": the model leaves more than noise, or σ is mostly by what the log leaves open of the voltage within its rows; the parameters may be off by more.",
     ),
     (
         "not determined",

@@ -236,7 +236,7 @@ fn channel(data: &PreparedLog, pair: &Pair, labels: &Labels, along: &[Coordinate
 fn parameters(e: &Explanation, page: &mut Page) {
     let axis = e.model.axis();
     let (Some(first), Some(last)) = (e.stages.first(), e.stages.last()) else { return };
-    let head = |what: &str, stage: &Stage| format!("{what} (± {}1σ)", numbers::at_least(stage.leaves_noise_only()));
+    let head = |what: &str, stage: &Stage| format!("{what} (± {}1σ)", numbers::at_least(stage.sigma_is_lower_bound()));
     let mut table = Table::new(["parameter", &head("model as given, fitted", first), &head("with the missing effects", last)]);
     for p in &last.parameters {
         let before = first.parameters.iter().find(|q| q.name == p.name).map_or("–".to_owned(), |q| words::value(axis, q));

@@ -166,7 +166,7 @@ pub fn explain_json(e: &Explanation) -> Value {
                 .collect(),
         }),
         parameters: estimates(axis, e.stages.last().map_or(&[], |s| &s.parameters)),
-        sigma_is_lower_bound: !e.stages.last().is_none_or(Stage::leaves_noise_only),
+        sigma_is_lower_bound: e.stages.last().is_some_and(Stage::sigma_is_lower_bound),
         not_shown: words::not_shown(e),
         detection_limits: e.detection_limits.iter().map(|l| detection_limit(axis, l)).collect(),
         remarks: sentences::remarks(e),

@@ -134,6 +134,7 @@ pub fn remark(axis: Axis, remark: &Remark) -> String {
     match remark {
         Remark::Preparation(note) => crate::report::preparation::note(axis, note),
         Remark::ByPredictionErrors => crate::report::preparation::BY_PREDICTION_ERRORS.to_owned(),
+        Remark::RestsOnCourse => crate::report::preparation::RESTS_ON_COURSE.to_owned(),
         Remark::ShiftedConstant(shifted) => crate::report::preparation::constant(axis, shifted),
         Remark::StandInsRemoved { effects } => {
             format!("Removed again: {}. The residual stays far above the noise, and their improvement is too small.", listed(effects))

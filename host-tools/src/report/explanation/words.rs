@@ -175,7 +175,7 @@ pub fn added_effect(e: &Explanation, k: usize) -> Vec<(String, String)> {
     let card = card(name);
     let estimates = parameters(e, name);
     let sigma = if estimates.iter().any(|p| p.sigma > 0.0) {
-        format!(" (± {}1σ)", numbers::at_least(e.stages.last().is_none_or(Stage::leaves_noise_only)))
+        format!(" (± {}1σ)", numbers::at_least(e.stages.last().is_some_and(Stage::sigma_is_lower_bound)))
     } else {
         String::new()
     };

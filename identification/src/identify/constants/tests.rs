@@ -31,6 +31,7 @@ fn fitted(model: &Model, factors: [f64; 4]) -> FitResult {
         converged: true,
         steps: 1,
         chi2: 1.0,
+        rests_on_course: false,
     }
 }
 

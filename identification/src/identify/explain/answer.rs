@@ -90,6 +90,8 @@ pub struct Stage {
     pub outputs: Vec<ChannelError>,
     /// All free parameters.
     pub parameters: Vec<Estimate>,
+    /// Of a standard error, the larger part is by the voltage within the rows ([`crate::identify::fit::FitResult::rests_on_course`]).
+    pub rests_on_course: bool,
 }
 
 impl Stage {
@@ -97,6 +99,11 @@ impl Stage {
     /// shifted the parameters by more.
     pub fn leaves_noise_only(&self) -> bool {
         self.outputs.iter().all(|o| o.ratio().powi(2) <= MAX_CHI2_PER_N_OF_NOISE)
+    }
+
+    /// As [`crate::identify::fit::FitResult::sigma_is_lower_bound`].
+    pub fn sigma_is_lower_bound(&self) -> bool {
+        !self.leaves_noise_only() || self.rests_on_course
     }
 }
 

@@ -241,8 +241,9 @@ pub fn explain_until(
         && needs_prediction_errors(&log, &last.data, &last.fit)
         && let Some(found) = by_prediction_errors(&last.system, &last.data, &last.fit)
     {
-        last.replace_fit(found);
         search.remarks.push(Remark::ByPredictionErrors);
+        search.remarks.extend(found.rests_on_course.then_some(Remark::RestsOnCourse));
+        last.replace_fit(found);
     }
     // As the log was recorded, which the search may have found.
     let (given_data, given) = search.models.first().map_or((given_data, given), |first| (first.data.clone(), first.fit.clone()));

@@ -122,6 +122,8 @@ pub enum Remark {
     ShiftedConstant(crate::log::plausible::ShiftedConstant),
     /// The parameters of the last model are those of largest likelihood of the prediction errors.
     ByPredictionErrors,
+    /// Of a standard error of the last model, the larger part is by the voltage within the rows, for which a random walk is assumed.
+    RestsOnCourse,
     /// A remark on the preparation of the log.
     Preparation(crate::identify::fit::prepare::PreparationNote),
     /// These effects were added last and help too little far above the noise: they were removed.

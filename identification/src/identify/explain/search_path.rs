@@ -89,5 +89,6 @@ fn stage(model: &FittedModel, last: &FittedModel, added: Option<String>) -> Stag
             .map(|(f, last)| ChannelError { channel: f.channel, rms: f.rms, heldout_rms: f.heldout_rms, noise: last.noise })
             .collect(),
         parameters: free.map(|(p, sigma)| Estimate { name: p.name.clone(), unit: unit(&p.name), value: p.value, sigma: *sigma }).collect(),
+        rests_on_course: fit.rests_on_course,
     }
 }

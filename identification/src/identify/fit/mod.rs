@@ -105,6 +105,8 @@ pub struct FitResult {
     pub steps: usize,
     /// Weighted sum of squares over the fitted rows.
     pub chi2: f64,
+    /// Of a standard error, the larger part is by the voltage within the rows, for which a random walk is assumed.
+    pub rests_on_course: bool,
 }
 
 /// χ²/n of the worst channel up to which a fit leaves only noise: rms 4 % above it, the error of the noise estimate.
@@ -119,6 +121,11 @@ impl FitResult {
     /// No channel has more than noise left.
     pub fn leaves_noise_only(&self) -> bool {
         self.worst_chi2_per_n() <= MAX_CHI2_PER_N_OF_NOISE
+    }
+
+    /// The standard errors may be too small: the model leaves more than noise, or they rest on an assumption about the voltage within the rows.
+    pub fn sigma_is_lower_bound(&self) -> bool {
+        !self.leaves_noise_only() || self.rests_on_course
     }
 
     /// The fit holds the parameter of this name at an end of its physical range.
@@ -258,6 +265,7 @@ pub fn evaluate(system: &System, data: &PreparedLog, mut iterate: Iterate, noise
         converged: iterate.converged,
         steps: iterate.steps,
         chi2: equations.cost,
+        rests_on_course: false,
     }
 }
 

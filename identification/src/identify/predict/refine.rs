@@ -38,7 +38,7 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
         widen(&mut innovations, &found.parameters.full_covariance(&by_blocks.matrix));
     }
     if let Some(by_course) = by_course {
-        add(&mut innovations, &found.parameters.full_covariance(&by_course));
+        add_course(&mut innovations, &found.parameters.full_covariance(&by_course));
     }
     let mut fixed = found.parameters.clone();
     fixed.list.iter_mut().for_each(|p| p.fixed = true);
@@ -54,11 +54,13 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
     })
 }
 
-/// Adds a covariance of the parameters that is independent of that of the fit.
-fn add(fit: &mut FitResult, other: &DMatrix<f64>) {
-    fit.covariance += other;
+/// Adds the covariance of the parameters by the course of the voltage, which is independent of that by the noise.
+fn add_course(fit: &mut FitResult, by_course: &DMatrix<f64>) {
+    fit.covariance += by_course;
     for (k, sigma) in fit.sigmas.iter_mut().enumerate() {
-        *sigma = sigma.hypot(other[(k, k)].max(0.0).sqrt());
+        let course = by_course[(k, k)].max(0.0).sqrt();
+        fit.rests_on_course |= course > *sigma;
+        *sigma = sigma.hypot(course);
     }
 }
 
