@@ -257,7 +257,7 @@ class Fit(Comparison):
 
     @property
     def sigma_is_lower_bound(self) -> bool:
-        """The model leaves more than noise: ``sigma`` does not contain what it lacks."""
+        """The parameters may be off by more than ``sigma``: the model leaves more than noise, or ``sigma`` rests on an assumption about the voltage. A remark says which."""
         return bool(self.data["sigma_is_lower_bound"])
 
     @property
