@@ -102,7 +102,7 @@ async function from(origin, target, name) {
   claim(statuses.some((status) => status.startsWith("/api/stop 4")) && answered.length === 0, `${name}: the program refuses: ${[...new Set(statuses)].join(", ")}`);
   const foreign = reached.filter((line) => !quiet.has(line));
   claim(!bytes.some((sent) => sent.bytes.includes(0x18)) && foreign.length === 0, `${name}: no byte of it on the line ${foreign}`);
-  claim(viewer.state.drive.is_on && viewer.state.drive.fault === "", `${name}: the drive of the user goes on undisturbed`);
+  claim(viewer.state.drive.is_on && viewer.state.drive.fault === "", `${name}: the drive of the user goes on undisturbed ${viewer.state.drive.fault}`);
   await page.close();
 }
 
