@@ -21,6 +21,7 @@ use crate::acquire::calibration_session::Session;
 use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::Extremes;
 use crate::statistics::robust::median;
+use crate::statistics::uncertainty::u_of_standard_deviation;
 use crate::statistics::{LeastSquares, clustered_least_squares, least_squares};
 use std::ops::Range;
 
@@ -438,7 +439,7 @@ fn compare_rate_readings(steps: &[&Step], product: f64, bias: f64, session: &Ses
         .collect();
     let n = combined.len() as f64;
     let rms = (combined.iter().map(|(_, off)| off * off).sum::<f64>() / n).sqrt();
-    let contribution = Contribution::type_a("number of plateaus", rms / (2.0 * n).sqrt(), n, Basis::OfStandardDeviation);
+    let contribution = Contribution::type_a("number of plateaus", u_of_standard_deviation(rms, n), n, Basis::OfStandardDeviation);
     findings.quantities.push(Quantity::new("combined_rms_rad_s", "rad/s", rms, vec![contribution]).meaning(Meaning::CombinedRate));
     findings.curves.push(Curve { other_series: readings, ..Curve::new(CurveKind::RateReadings, combined, Vec::new()) });
 }

@@ -106,7 +106,7 @@ pub enum Basis {
     },
     /// Scatter of one window.
     OneWindow,
-    /// Standard uncertainty of a standard deviation (GUM E.4.3).
+    /// Standard uncertainty of a standard deviation, by the upper end of its χ² interval.
     OfStandardDeviation,
     /// Two standard deviations of a plateau.
     TwoStandardDeviations,

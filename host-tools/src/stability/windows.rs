@@ -11,7 +11,7 @@ use super::PlateauStability;
 use super::plateaus::Plateau;
 use crate::acquire::calibration_session::Assumptions;
 use crate::log::Log;
-use crate::statistics::uncertainty::{Contribution, Estimate, Quantity, Uncertainty};
+use crate::statistics::uncertainty::{Contribution, Estimate, Quantity, Uncertainty, u_of_standard_deviation};
 use std::f64::consts::TAU;
 
 /// Widths by the encoder, degrees.
@@ -155,8 +155,7 @@ fn scatter(width: Width, deviations: Vec<(f64, f64)>, per_turn: Option<usize>, r
         let spread = (turns.iter().map(|v| (v - middle).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
         Uncertainty::student(if sigma > 0.0 { spread / (2.0 * sigma) } else { 0.0 }, n - 1.0)
     } else {
-        // Standard deviation of n normal values (GUM E.4.3).
-        Uncertainty::student(sigma / (2.0 * (count - 1.0)).sqrt(), count - 1.0)
+        Uncertainty::student(u_of_standard_deviation(sigma, count - 1.0), count - 1.0)
     };
     let found =
         WidthResult { width, sigma: Estimate { value: sigma, uncertainty: Some(uncertainty) }, resolution, deviations, verdict: None };

@@ -11,7 +11,7 @@ use crate::calibrate::{
     AbsenceReason, Assumptions, Basis, CalibrateError, Contribution, Curve, CurveKind, Findings, Meaning, Quantity, Remark, Step,
 };
 use crate::statistics::Extremes;
-use crate::statistics::uncertainty::Conditions;
+use crate::statistics::uncertainty::{Conditions, u_of_standard_deviation};
 
 /// Fraction of the greatest rate below which a log serves thresholds and not the characteristic.
 const SMALL_RATE_FRACTION: f64 = 0.05;
@@ -150,7 +150,7 @@ impl Characteristic {
             return None;
         }
         let value = (sum / dof).sqrt() * self.percent();
-        let repeats = Contribution::type_a("number of repeats", value / (2.0 * dof).sqrt(), dof, Basis::OfStandardDeviation);
+        let repeats = Contribution::type_a("number of repeats", u_of_standard_deviation(value, dof), dof, Basis::OfStandardDeviation);
         Some(self.quantity("repeatability_percent_fs", "%", value, vec![repeats], Meaning::Repeatability))
     }
 

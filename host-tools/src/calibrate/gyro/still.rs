@@ -8,7 +8,7 @@ use crate::calibrate::{Contribution, Quantity};
 use crate::log::Log;
 use crate::statistics::Extremes;
 use crate::statistics::least_squares;
-use crate::statistics::uncertainty::Instability;
+use crate::statistics::uncertainty::{Instability, u_of_standard_deviation};
 
 /// Smallest temperature range, K.
 const MIN_RANGE_K: f64 = 1.0;
@@ -113,7 +113,7 @@ fn in_run_stability(steps: &[&Step], settings: &GyroSettings) -> Option<Quantity
     let (deviation, averages) = (least.variance.sqrt(), count as f64 / least.factor as f64);
     // Degrees of freedom of the overlapping estimate for white rate noise (NIST SP 1065, table 5), m large.
     let dof = (1.5 * averages - 2.0).max(1.0);
-    let contribution = Contribution::type_a("number of averages", deviation / (2.0 * dof).sqrt(), dof, Basis::OfStandardDeviation);
+    let contribution = Contribution::type_a("number of averages", u_of_standard_deviation(deviation, dof), dof, Basis::OfStandardDeviation);
     let meaning = Meaning::InRunStability { averaging_s: least.factor as f64 * size as f64 * log.median_dt_s(), rest_s: log.duration_s() };
     Some(Quantity::new("in_run_stability_rad_s", "rad/s", deviation, vec![contribution]).meaning(meaning))
 }

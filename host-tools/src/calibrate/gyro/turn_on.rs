@@ -10,8 +10,7 @@ use super::still::{ALLAN_INTERVAL_S, LongestRest, MIN_AVERAGES, is_at_rest};
 use crate::acquire::calibration_session::RESTART_NOTE;
 use crate::allan::deviation::Series;
 use crate::calibrate::{AbsenceReason, Basis, Contribution, Findings, Meaning, Quantity, Step};
-use crate::statistics::distributions::chi_squared_quantile;
-use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, coverage_factor};
+use crate::statistics::uncertainty::u_of_standard_deviation;
 use crate::statistics::{LeastSquares, clustered_least_squares, least_squares};
 use std::f64::consts::SQRT_2;
 
@@ -164,12 +163,10 @@ fn repeatability(steps: &[&Step], settings: &GyroSettings) -> Option<Quantity> {
     let mean = means.iter().sum::<f64>() / count as f64;
     let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / dof;
     let value = variance.sqrt();
-    let upper = value * (dof / chi_squared_quantile(0.5 * (1.0 - COVERAGE_PROBABILITY), dof)).sqrt();
-    let u = (upper - value) / coverage_factor(dof, COVERAGE_PROBABILITY);
     let white = variances.iter().sum::<f64>() / count as f64;
     let noise = value - (variance - white).max(0.0).sqrt();
     let contributions = vec![
-        Contribution::type_a("number of starts", u, dof, Basis::OfStandardDeviation),
+        Contribution::type_a("number of starts", u_of_standard_deviation(value, dof), dof, Basis::OfStandardDeviation),
         Contribution::rectangular("noise of the means", noise, "rad/s", 1.0, Basis::WindowScatter { window_s: ALLAN_INTERVAL_S }),
     ];
     let quantity = Quantity::new("turn_on_repeatability_rad_s", "rad/s", value, contributions);

@@ -13,7 +13,7 @@ mod mixed;
 pub use covariance::{CovarianceMatrix, Loadings, covariance};
 pub use estimate::{Estimate, Uncertainty};
 
-use super::distributions::{normal_quantile, student_quantile};
+use super::distributions::{chi_squared_quantile, normal_quantile, student_quantile};
 use serde::{Deserialize, Serialize};
 
 /// Coverage probability of expanded uncertainties.
@@ -278,6 +278,13 @@ pub fn coverage_factor(dof: f64, probability: f64) -> f64 {
     student_quantile(quantile, dof.floor().max(1.0))
 }
 
+/// Standard uncertainty of an estimated standard deviation of normal values, in its unit. Its expanded uncertainty with Student's factor reaches the upper end of the χ² interval, the
+/// farther one: σ ≤ s √(ν/χ²_ν(0.025)). GUM E.4.3, s/√(2ν), is symmetric, and its interval about a value that is by chance too small ends below σ.
+pub fn u_of_standard_deviation(deviation: f64, dof: f64) -> f64 {
+    let upper = deviation * (dof / chi_squared_quantile(0.5 * (1.0 - COVERAGE_PROBABILITY), dof)).sqrt();
+    (upper - deviation) / coverage_factor(dof, COVERAGE_PROBABILITY)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -303,6 +310,21 @@ mod tests {
         assert_eq!(gauge.effective_dof().floor(), 16.0, "{}", gauge.effective_dof());
         assert!((gauge.coverage_factor(0.99) - 2.92).abs() < 0.005);
         assert!((gauge.coverage_factor(0.99) * gauge.combined_u() - 93.0).abs() < 1.0);
+    }
+
+    /// Part of all samples of normal values whose standard deviation s ± k u(s) contains σ = 1: by quantiles of χ².
+    #[test]
+    fn standard_deviations_of_few_values_are_covered() {
+        let covered = |dof: f64, u: &dyn Fn(f64) -> f64| {
+            let k = coverage_factor(dof, COVERAGE_PROBABILITY);
+            let deviations = (0..1000).map(|i| (chi_squared_quantile((f64::from(i) + 0.5) / 1000.0, dof) / dof).sqrt());
+            deviations.filter(|s| (s - 1.0).abs() <= k * u(*s)).count() as f64 / 1000.0
+        };
+        for dof in [2.0, 5.0, 12.0, 50.0] {
+            let part = covered(dof, &|s| u_of_standard_deviation(s, dof));
+            assert!((0.95..=0.995).contains(&part), "{dof}: {part}");
+        }
+        assert!(covered(5.0, &|s| s / 10_f64.sqrt()) < 0.92, "the symmetric form of GUM E.4.3 covers less");
     }
 
     #[test]
