@@ -35,8 +35,8 @@ fn imperfections_of_a_bench_are_not_effects() {
 }
 
 #[test]
-fn effect_is_found_beside_outliers_and_jitter() {
-    for dirt in [Dirt::Outliers, Dirt::Jitter] {
+fn effect_is_found_beside_outliers_and_jitter_and_in_slow_rows() {
+    for dirt in [Dirt::Outliers, Dirt::Jitter, Dirt::SlowMean] {
         let e = answer("own/cogging/voltage/multi-step/5", dirt);
         assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["cogging".to_owned()][..]), "{}", dirt.name());
     }

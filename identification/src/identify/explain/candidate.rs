@@ -42,6 +42,8 @@ pub struct FittedCandidate {
     pub heldout_chi2_per_n: Vec<f64>,
     /// Number of parameters that it adds, scanned ones included.
     pub extra_parameters: usize,
+    /// Gain, 2 ln of the likelihood ratio on whitened residuals.
+    pub gain: f64,
     /// BIC on whitened residuals with it minus that without it.
     pub delta_bic: f64,
     /// Logarithm of the familywise probability of such a gain by chance.
@@ -136,6 +138,7 @@ impl FittedCandidate {
             parameters: end.parameters,
             states: end.initial_states,
             system,
+            gain: 0.0,
             delta_bic: 0.0,
             ln_p: 0.0,
             refused: None,

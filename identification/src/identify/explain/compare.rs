@@ -9,6 +9,7 @@ use super::criteria::EvidenceCriteria;
 use super::design::Doubt;
 use super::fitted_model::FittedModel;
 use super::likelihood::{WhitenedSums, Whitener, delta_bic};
+use super::open_course::part_by_noise;
 use super::reasons::Refusal;
 use super::refit::screen_and_refit;
 use super::refusal::refusal;
@@ -51,8 +52,9 @@ fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -
     let all: Vec<WhitenedSums> = fitted.par_iter().map(|f| f.whitened_sums(base, &whitener)).collect();
     for (f, with) in fitted.iter_mut().zip(all) {
         let gain = without.gain(&with);
+        f.gain = gain;
         f.delta_bic = delta_bic(gain, f.extra_parameters, without.effective_samples());
-        f.ln_p = (ln_chi_squared_tail(gain, f.extra_parameters as f64) + (tests as f64).ln()).min(0.0);
+        f.ln_p = familywise_ln_p(gain, f.extra_parameters, tests);
         f.refused = refusal(base, f, &without, &with);
     }
     fitted.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic).then(position(a.trial.card).cmp(&position(b.trial.card))));
@@ -65,6 +67,11 @@ fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -
     fitted
 }
 
+/// Logarithm of the probability of such a gain by chance in one of so many tests.
+fn familywise_ln_p(gain: f64, parameters: usize, tests: usize) -> f64 {
+    (ln_chi_squared_tail(gain, parameters as f64) + (tests as f64).ln()).min(0.0)
+}
+
 /// Position in the catalogue, by which one of several effects is named that the logs cannot distinguish.
 pub fn position(card: &Card) -> usize {
     cards().iter().position(|c| c.id == card.id).unwrap_or(usize::MAX)
@@ -73,7 +80,11 @@ pub fn position(card: &Card) -> usize {
 impl AddingStep<'_> {
     /// The candidate is significant, improves BIC enough and was not refused.
     fn is_accepted(&self, f: &FittedCandidate) -> bool {
-        f.refused.is_none() && f.ln_p < self.criteria.max_familywise_p.ln() && f.delta_bic < -self.criteria.min_bic_difference
+        f.refused.is_none() && self.is_significant(f.ln_p, f.delta_bic)
+    }
+
+    fn is_significant(&self, ln_p: f64, delta_bic: f64) -> bool {
+        ln_p < self.criteria.max_familywise_p.ln() && delta_bic < -self.criteria.min_bic_difference
     }
 
     fn leaves_far_less(&self, one: &FittedCandidate, other: &FittedCandidate) -> bool {
@@ -100,6 +111,20 @@ impl AddingStep<'_> {
         let best = self.best()?;
         let alike = (0..self.candidates.len()).filter(|&k| self.is_as_good_as(&self.candidates[k], best));
         alike.min_by_key(|&k| position(self.candidates[k].trial.card))
+    }
+
+    /// [`AddingStep::choice`] of those that are significant also beside what the log leaves open of the voltage within its rows. The others are refused.
+    pub fn choice_beside_open_course(&mut self, base: &FittedModel) -> Option<usize> {
+        while let Some(chosen) = self.choice() {
+            let f = &self.candidates[chosen];
+            let gain = part_by_noise(base, f) * f.gain;
+            let ln_p = familywise_ln_p(gain, f.extra_parameters, self.tests);
+            if self.is_significant(ln_p, f.delta_bic + f.gain - gain) {
+                return Some(chosen);
+            }
+            self.candidates[chosen].refused = Some(Refusal::CourseOpen { gain: f.gain, gain_beside_course: gain });
+        }
+        None
     }
 
     /// The logs cannot distinguish two candidates, which are both as good as the best.

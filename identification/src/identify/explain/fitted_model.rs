@@ -10,13 +10,14 @@ use super::likelihood::{WhitenedSums, Whitener};
 use super::stiffness::limit_stiffness;
 use super::trial::Trial;
 use crate::identify::fit::parameters::Parameters;
+use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::fit::solve::{self, Iterate};
 use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, short_windows};
 use crate::identify::fit::system::System;
 use crate::identify::fit::{
     self, ChannelFit, FitError, FitResult, InitialStates, PreparedLog, Problem, build, initial_state_kinds, starting_states,
 };
-use crate::identify::recording_conventions::{Convention, Recording, fit_as_recorded, fit_by};
+use crate::identify::recording_conventions::{Convention, Recording, apply, fit_as_recorded, fit_by};
 use crate::model::{Input, Model};
 
 /// A fitted model and the data it was fitted to.
@@ -68,6 +69,14 @@ impl<'a> FittedModel<'a> {
         let mut data = PreparedLog { rate_from_encoder: self.data.rate_from_encoder, ..data.clone() };
         let once = |data: &PreparedLog, near: Option<&FitResult>| fit::refit_from(&self.system, data, near.unwrap_or(&self.fit));
         fit_as_recorded(self.context.log, &mut data, &once).map(|(_, recording)| recording.conventions)
+    }
+
+    /// This model, fitted to its data by one further convention, with the note on it; `None` where a note contradicts it or it cannot be simulated.
+    pub fn recorded_by(&self, convention: Convention) -> Option<(Self, PreparationNote)> {
+        let mut data = self.data.clone();
+        let note = apply(convention, self.context.log, &mut data)?;
+        let fit = fit::refit_from(&self.system, &data, &self.fit).ok()?;
+        Some((FittedModel::new(self.context, &self.model, self.system.clone(), self.start.clone(), fit, data), note))
     }
 
     /// Fits a small change of this model, from this model's values.

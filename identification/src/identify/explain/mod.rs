@@ -34,6 +34,7 @@ mod jumps;
 pub mod likelihood;
 mod motion;
 pub mod next_experiment;
+mod open_course;
 mod piecewise_linear;
 mod prediction_error;
 pub mod reasons;

@@ -60,6 +60,13 @@ pub enum Refusal {
         /// Gain that would be needed.
         min_gain: f64,
     },
+    /// Its gain may come from the voltage within the rows, whose course the log leaves open.
+    CourseOpen {
+        /// Gain on the fitted rows.
+        gain: f64,
+        /// Part of it that remains beside the variance by the course.
+        gain_beside_course: f64,
+    },
     /// The error of a channel on the held-out rows grows.
     ChannelErrorGrows {
         /// The channel.

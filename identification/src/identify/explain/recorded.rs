@@ -27,6 +27,13 @@ pub fn search_as_recorded<'a>(
     let context = given.context;
     let mut kept = search(given, progress)?;
     let mut tried = vec![recording.conventions.clone()];
+    if let Some((given, other)) = convention_instead(&kept, &recording, &data) {
+        let found = search(given, progress)?;
+        if is_as_likely(&found, &kept) && !data.deadline.has_passed() {
+            tried.push(other.conventions.clone());
+            (kept, recording) = (found, other);
+        }
+    }
     while let Some(conventions) = other_conventions(&kept, &recording.conventions, &data)?
         && !tried.contains(&conventions)
         && !data.deadline.has_passed()
@@ -53,6 +60,37 @@ fn other_conventions(found: &Search, assumed: &[Convention], data: &PreparedLog)
         }
     }
     Ok((leaves_more && is_assumed).then(Vec::new))
+}
+
+/// The given model by the one further convention that makes it as likely as the found model; `None` where no effect was found or no convention does.
+fn convention_instead<'a>(found: &Search<'a>, recording: &Recording, data: &PreparedLog<'a>) -> Option<(FittedModel<'a>, Recording)> {
+    let [given, .., last] = found.models.as_slice() else { return None };
+    let limit = given.context.criteria.evidence.min_bic_difference;
+    let others = Convention::ALL.into_iter().filter(|other| !recording.conventions.contains(other) && !data.deadline.has_passed());
+    let fitted = others.filter_map(|convention| {
+        let (model, note) = given.recorded_by(convention)?;
+        let bic = bic_change(&model, last);
+        let mut other = recording.clone();
+        other.conventions.push(convention);
+        other.notes.push(note);
+        (bic > -limit).then_some((bic, model, other))
+    });
+    fitted.max_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, model, recording)| (model, recording))
+}
+
+/// True if the last model of `found` has a lower BIC than the last of `kept`, or one that is not distinguishable with fewer effects.
+fn is_as_likely(found: &Search, kept: &Search) -> bool {
+    let (Some(new), Some(old)) = (found.models.last(), kept.models.last()) else { return false };
+    let indistinguishable = if found.added.len() < kept.added.len() { new.context.criteria.evidence.min_bic_difference } else { 0.0 };
+    bic_change(old, new) < indistinguishable
+}
+
+/// BIC of `to` minus that of `from` on residuals that the noise of `to` whitens. The two may have different data for the same measured values.
+fn bic_change(from: &FittedModel, to: &FittedModel) -> f64 {
+    let whitener = to.whitener();
+    let (before, after) = (from.whitened_sums(&whitener), to.whitened_sums(&whitener));
+    let more_parameters = to.free_parameters() as f64 - from.free_parameters() as f64;
+    more_parameters * before.effective_samples().max(1.0).ln() - before.gain(&after)
 }
 
 /// True if the last model of `found` has a lower BIC than the last of `kept`, on the same logs.

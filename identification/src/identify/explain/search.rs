@@ -30,16 +30,14 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
         }
         progress(&Progress::Trying { added: search.added.last().map(|a| a.name.clone()) });
         let deadline = base.data.deadline;
-        let step = adding_step(base);
+        let mut step = adding_step(base);
+        let choice = if deadline.has_passed() { None } else { step.choice_beside_open_course(base) };
         if search.added.is_empty() {
             search.candidates = step.answer(base);
             search.tests = step.tests;
         }
-        if deadline.has_passed() {
-            // Not all candidates were compared: the best of those that were may be the wrong cause.
-            break;
-        }
-        let Some(chosen) = step.choice() else { break };
+        // After the deadline not all candidates were compared: the best of those that were may be the wrong cause.
+        let Some(chosen) = choice else { break };
         let candidate = &step.candidates[chosen];
         let (model, name) = candidate.added_to(&base.model);
         let next = base.refit(&model, base.data_for(&candidate.trial).into_owned())?;

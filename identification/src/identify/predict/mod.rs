@@ -19,4 +19,4 @@ pub mod refine;
 pub mod row_model;
 
 pub use fit::PredictionFit;
-pub use refine::{by_prediction_errors, needs_prediction_errors};
+pub use refine::{by_course, by_prediction_errors, needs_prediction_errors};

@@ -69,7 +69,7 @@ const COURSES: usize = 10;
 
 /// Covariance of the free coordinates by what the log leaves open of the voltage within its rows: of the steps to the minima with drawn courses (multiple imputation: Rubin,
 /// Multiple Imputation for Nonresponse in Surveys, 1987). `None` where nothing is open.
-fn by_course(system: &System, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
+pub fn by_course(system: &System, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
     let course = data.voltage_course.as_ref()?;
     let step_of = |iterate: &Iterate| Some(DVector::from_vec(iterate.normal_equations(weights).step(0.0, &[])?.parameters));
     let here = step_of(iterate)?;
