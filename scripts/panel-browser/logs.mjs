@@ -73,6 +73,8 @@ async function live(page, session) {
   await page.waitForFunction(() => document.querySelectorAll("#values tbody tr").length >= 8 && Number.parseFloat(document.querySelector("#values tbody td:nth-child(2)").textContent) !== null, { timeout: 20_000 });
   await pause(3000);
   await press(page, "#pause");
+  // What was under way when the page was paused is still drawn, and a cursor begins in the middle of what is shown.
+  await pause(500);
   await focus(page, "#plots figure");
   await page.keyboard.press("a");
   await page.keyboard.press("b");

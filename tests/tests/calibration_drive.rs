@@ -51,6 +51,18 @@ fn added_inertia_is_removed_for_the_next_step() {
     assert!(instruction[0].contains("from the platform"), "{}", instruction[0]);
 }
 
+/// The rate follows with 1 s and has not settled on any level. Plateaus are cut to whole turns, so that their lengths differ.
+#[test]
+fn dead_band_is_found_before_the_rate_has_settled() {
+    let session = "what = 'drive'\n[[steps]]\nname = 'voltages'\nmode = 'voltage'\nprofile = 'staircase'\namplitude = 0.6\nlevels = 4\ndwell_s = 2.5\nseconds = 42.0\n";
+    let record = calibrated(&stand(0.0, ""), session, 4);
+    // R c/K of the default stand.
+    let truth = 2.32 * 9e-4 / 2.34e-2;
+    assert_covers(&record.findings, "dead_band_V", truth, 1e-3);
+    let noise = found(&record.findings, "dead_band_V").contributions[0].contribution();
+    assert!(noise < 5e-5, "{noise} V: the plateaus are not on the two lines");
+}
+
 #[test]
 fn coasting_gives_the_inertia() {
     let session = session(

@@ -77,9 +77,14 @@ fn voltage(steps: &[Step], session: &Session, findings: &mut Findings) {
     let Some(u_V) = step.log.column("u_V") else { return };
     let greatest = found.iter().map(|p| p.rate_rad_s.abs()).max_or_zero();
     let moving: Vec<&Plateau> = found.iter().filter(|p| p.rate_rad_s.abs() > REST_FRACTION * greatest).collect();
-    // Before the rate has settled, part of u accelerates: the slope of the rate within the plateau is a regressor.
+    // Before the rate has settled, part of u accelerates: the mean acceleration, with the weights of the other means, is a regressor. The slope of a line through the rates is not it: the plateaus
+    // are cut to whole turns, and an exponential in windows of different lengths has another ratio of the two in each.
     let omega = step.log.column("omega_rad_s");
-    let slope = |p: &Plateau| omega.map_or(0.0, |omega| p.slope(step.log.t_s(), omega));
+    let acceleration: Option<Vec<f64>> = omega.map(|omega| {
+        let rows = step.log.t_s().windows(2).zip(omega.windows(2));
+        rows.map(|(t, w)| (w[1] - w[0]) / (t[1] - t[0])).chain([0.0]).collect()
+    });
+    let slope = |p: &Plateau| acceleration.as_ref().map_or(0.0, |a| p.mean(a));
     let rows: Vec<Vec<f64>> = moving.iter().map(|p| vec![p.rate_rad_s, p.rate_rad_s.signum(), slope(p), 1.0]).collect();
     let rows: Vec<Vec<f64>> = if omega.is_some() { rows } else { rows.into_iter().map(|r| vec![r[0], r[1], r[3]]).collect() };
     let y: Vec<f64> = moving.iter().map(|p| p.mean(u_V)).collect();
