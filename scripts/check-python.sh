@@ -36,7 +36,7 @@ PYTHON
 
 part "tests"
 python3 -m venv "$work/installed"
-"$work/installed/bin/pip" install --quiet "$wheel[all]" pytest mypy nbclient nbformat ipykernel
+"$work/installed/bin/pip" install --quiet "$wheel[all,fleet]" duckdb pytest mypy nbclient nbformat ipykernel
 cp -r python/tests python/pyproject.toml "$work"
 echo 'rotary_stand._native.__all__' >"$work/allowed.txt" # pyo3 makes it, private names included
 (cd "$work" && ROTARY_STAND_WHEEL=1 "$work/installed/bin/python" -m pytest -q tests)

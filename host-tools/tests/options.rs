@@ -10,6 +10,8 @@ mod calibration;
 mod common;
 #[path = "common/drift_words.rs"]
 mod drift_words;
+#[path = "common/fleet_words.rs"]
+mod fleet_words;
 #[path = "common/import_words.rs"]
 mod import_words;
 #[path = "common/observer_words.rs"]
@@ -748,6 +750,7 @@ fn all_words() -> impl Iterator<Item = (&'static str, Check)> {
         .chain(drift_words::WORDS.iter().copied())
         .chain(observer_words::WORDS)
         .chain(stability_words::WORDS)
+        .chain(fleet_words::WORDS)
 }
 
 /// The help of every command has its purpose, its usage, and a line for each word.

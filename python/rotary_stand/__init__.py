@@ -8,6 +8,7 @@
 The package is a binding of the library of the command ``stand``; every answer is the one that the command gives. Documentation: docs/python.md.
 """
 
+from . import fleet
 from ._native import __version__
 from .analyses import (
     allan,
@@ -35,6 +36,8 @@ from .answers import (
     Estimate,
     Explanation,
     Fit,
+    FleetReport,
+    FleetTable,
     Inspection,
     Misfit,
     ObserverBode,
@@ -60,6 +63,8 @@ __all__ = [
     "Estimate",
     "Explanation",
     "Fit",
+    "FleetReport",
+    "FleetTable",
     "ImplausibleLogError",
     "Inspection",
     "Log",
@@ -85,6 +90,7 @@ __all__ = [
     "effects",
     "explain",
     "fit",
+    "fleet",
     "inspect",
     "observer_bode",
     "observer_design",

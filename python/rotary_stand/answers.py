@@ -495,6 +495,73 @@ class ObserverTrack(_WithSeries):
         return self.series.plot(*(name for name in self.series.columns if name != "t_s"), figure=figure)
 
 
+class FleetTable(Answer):
+    """The computation of a table of many logs (``stand explain FOLDER --table``)."""
+
+    @property
+    def path(self) -> str:
+        """The Parquet file."""
+        return str(self.data["table"])
+
+    @property
+    def logs(self) -> int:
+        """Number of logs."""
+        return int(self.data["logs"])
+
+    @property
+    def computed(self) -> int:
+        """Number of answers that this call has computed; the others were there already."""
+        return int(self.data["computed"])
+
+    @property
+    def failed(self) -> int:
+        """Number of logs without an explanation; the column ``error`` has the reasons."""
+        return int(self.data["failed"])
+
+    @property
+    def verdicts(self) -> dict[str, int]:
+        """Number of logs by verdict."""
+        return dict(self.data["verdicts"])
+
+    def _rows(self) -> list[dict[str, Any]]:
+        return [{"verdict": verdict, "logs": count} for verdict, count in self.verdicts.items()]
+
+
+class FleetReport(Answer):
+    """Comparison of the stands of tables (``stand fleet report``)."""
+
+    @property
+    def parameter_changes(self) -> list[dict[str, Any]]:
+        """Differences of parameters since the date, the most significant first."""
+        return list(self.data["parameter_changes"])
+
+    @property
+    def finding_changes(self) -> list[dict[str, Any]]:
+        """Effects and verdicts that are more frequent since the date."""
+        return list(self.data["finding_changes"])
+
+    @property
+    def batch_effects(self) -> list[dict[str, Any]]:
+        """Effects of batches against all other stands."""
+        return list(self.data["batch_effects"])
+
+    @property
+    def outliers(self) -> list[dict[str, Any]]:
+        """Stands that are outliers, with the parameter."""
+        spreads = self.data["parameters"]
+        return [{"parameter": spread["parameter"], **stand} for spread in spreads for stand in spread["stands"] if stand["significant"]]
+
+    @property
+    def limits(self) -> list[str]:
+        """What the tables cannot show, in words."""
+        return list(self.data["limits"])
+
+    def _rows(self) -> list[dict[str, Any]]:
+        return [
+            {**change, "before": change["before"]["value"], "since": change["since"]["value"]} for change in self.parameter_changes
+        ]
+
+
 class EffectCatalogue(Answer):
     """The catalogue of effects, or one effect (``stand effects``)."""
 

@@ -14,6 +14,15 @@ use crate::log::Log;
 use crate::model::Model;
 use crate::task;
 
+/// The engine of this name.
+pub fn engine_of(name: &str) -> PyResult<Engine> {
+    match name {
+        "whitened" => Ok(Engine::Whitened),
+        "prediction-error" => Ok(Engine::PredictionError),
+        other => Err(PyValueError::new_err(format!("engine {other:?}: must be \"whitened\" or \"prediction-error\""))),
+    }
+}
+
 /// The effect that the model lacks in the logs together. After the time limit the verdict is `not-finished`.
 #[pyfunction]
 pub fn explain(
@@ -25,11 +34,7 @@ pub fn explain(
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Answer> {
     let mut criteria = Criteria::default();
-    criteria.search.engine = match engine {
-        "whitened" => Engine::Whitened,
-        "prediction-error" => Engine::PredictionError,
-        other => return Err(PyValueError::new_err(format!("engine {other:?}: must be \"whitened\" or \"prediction-error\""))),
-    };
+    criteria.search.engine = engine_of(engine)?;
     criteria.search.time_limit_s = time_limit_s;
     let (logs, model): (Vec<_>, _) = (logs.iter().map(|log| log.shared()).collect(), model.copy());
     task::run(py, progress.as_ref(), move |task| {

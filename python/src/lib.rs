@@ -11,6 +11,7 @@ mod compare;
 mod drift;
 mod error;
 mod explain;
+mod fleet;
 mod inspection;
 mod log;
 mod model;
@@ -42,6 +43,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("DRIFT_COLUMNS", host_tools::drift::compute::COLUMNS.to_vec())?;
     module.add("OBSERVER_COLUMNS", host_tools::observer::recorded::COLUMNS.to_vec())?;
     module.add_class::<answer::Answer>()?;
+    module.add_class::<fleet::FleetSession>()?;
     module.add_class::<log::Log>()?;
     module.add_class::<model::Model>()?;
     module.add_class::<stand::Stand>()?;
@@ -52,6 +54,10 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
     module.add_function(wrap_pyfunction!(compare::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(explain::explain, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet::fleet_logs, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet::fleet_hash, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet::fleet_row, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet::fleet_report, module)?)?;
     module.add_function(wrap_pyfunction!(noise::allan, module)?)?;
     module.add_function(wrap_pyfunction!(drift::drift, module)?)?;
     module.add_function(wrap_pyfunction!(drift::drift_platform, module)?)?;

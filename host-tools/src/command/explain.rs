@@ -7,14 +7,20 @@ use clap::{Args, ValueEnum};
 use super::compare::implausible_log;
 use super::error::CliError;
 use super::import::ImportOptions;
-use super::output::{Overwrite, ReportOutput, SeriesOutput, TimeLimit, spinner, style};
+use super::output::{Overwrite, ReportOutput, SeriesOutput, TimeLimit, check_writable, progress_bar, spinner, style};
+use super::signals::Interrupts;
+use crate::deadline::Deadline;
 use crate::files;
+use crate::fleet::run::{Callbacks, run};
+use crate::fleet::session::logs_of;
+use crate::fleet::{IdentityTable, Session, Settings};
 use crate::identify::explain::{Criteria, Engine, Explanation, Verdict};
 use crate::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together};
 use crate::model::Model;
 use crate::report;
 use crate::report::explanation::sentences::progress;
 use crate::report::explanation::{folder_json, folder_text, folder_verdict};
+use crate::report::fleet::{RowRequest, row, run_json, run_text};
 
 /// How the evidence for an effect is measured.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -52,6 +58,12 @@ pub(super) struct Explain {
     /// How the evidence is measured
     #[arg(long, value_enum, default_value_t = EngineName::Whitened)]
     engine: EngineName,
+    /// Write the answers about the logs of a folder and its subfolders as a table to this file, .parquet, one row a log; continues an interrupted run
+    #[arg(long, value_name = "FILE")]
+    table: Option<PathBuf>,
+    /// Table of the stands of the logs for --table, .csv with the columns path, stand, date, batch, where the logs do not state them
+    #[arg(long, value_name = "FILE", requires = "table")]
+    stands: Option<PathBuf>,
     #[command(flatten)]
     time_limit: TimeLimit,
     #[command(flatten)]
@@ -84,7 +96,13 @@ impl Explain {
         self.import.apply(self.log.iter().map(PathBuf::as_path))?;
         if let Some(folder) = self.log.iter().find(|p| p.is_dir()) {
             self.check_folder_options(folder)?;
+            if let Some(table) = &self.table {
+                return self.write_table(folder, table, &criteria);
+            }
             return self.explain_folder(folder, &Model::read(&self.model)?, &criteria);
+        }
+        if let Some(table) = &self.table {
+            return Err(CliError::in_file(table, "--table has one row for each log of a folder; name a folder instead of logs"));
         }
         let model = Model::read(&self.model)?;
         let spinner = spinner("reading");
@@ -132,6 +150,69 @@ impl Explain {
             failed => Err(CliError::in_file(
                 folder,
                 format!("{failed} of {} logs could not be compared with {}; the table gives the reasons", entries.len(), model.name()),
+            )),
+        }
+    }
+
+    /// Explains each log of the folder and its subfolders into a table; the exit status reports logs without an explanation.
+    fn write_table(&self, folder: &Path, table: &Path, criteria: &Criteria) -> Result<(), CliError> {
+        if table.extension().is_none_or(|ending| ending != "parquet") {
+            return Err(CliError::in_file(table, "--table writes Parquet: the name of the file must end in .parquet"));
+        }
+        check_writable(table)?;
+        let model = Model::read(&self.model)?;
+        let identities = self.stands.as_deref().map_or(Ok(IdentityTable::default()), IdentityTable::read)?;
+        // A table in the folder is no log.
+        let is_table =
+            |path: &String| Path::new(path).canonicalize().ok().is_some_and(|path| table.canonicalize().is_ok_and(|table| table == path));
+        let mut paths = logs_of(&[folder.to_owned()]).map_err(|error| CliError::file(folder, "read the folder", &error))?;
+        paths.retain(|path| !is_table(path) && self.stands.as_deref() != Some(Path::new(path)));
+        if paths.is_empty() {
+            return Err(CliError::in_file(
+                folder,
+                "this folder has no logs (files with the ending .csv or .parquet, or with an import file)",
+            ));
+        }
+        let engine = self.engine.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned());
+        let time_limit_s = self.time_limit.seconds()?;
+        let settings = Settings {
+            model_name: model.name().to_owned(),
+            model: model.to_toml(),
+            engine,
+            build: stand_firmware::VERSION.to_owned(),
+            time_limit_s,
+        };
+        let session = Session::open(table, settings)?;
+        let interrupts = Interrupts::install()?;
+        let bar = progress_bar(paths.len() as u64, "{elapsed} {wide_bar} {pos} of {len} logs, {eta} left");
+        let deadline = || Deadline::after_s(time_limit_s).or_when(Interrupts::switch());
+        let callbacks = Callbacks {
+            compute: &|path, hash| row(path, hash, RowRequest { model: &model, criteria, deadline: deadline() }),
+            is_interrupted: &|| interrupts.any(),
+            finished: &|_, done| bar.set_position(done as u64),
+        };
+        let run = run(session, &paths, &identities, rayon::current_num_threads(), &callbacks);
+        bar.finish_and_clear();
+        let run = run?;
+        let name = table.display().to_string();
+        self.output.text(&run_text(&name, &run))?;
+        self.output.json(|| run_json(&name, &run))?;
+        if let Some(stands) = &self.stands {
+            let unmatched = identities.unmatched(run.rows.iter().map(|row| row.path.as_str()));
+            if let Some(first) = unmatched.first().filter(|_| !run.is_interrupted) {
+                let message =
+                    format!("{} lines name no log of the folder, the first is line {first}; the table is written", unmatched.len());
+                return Err(CliError::in_file(stands, message));
+            }
+        }
+        match run.failed() {
+            _ if run.is_interrupted => {
+                Err(CliError::Other(format!("interrupted: {} of {} logs are done; the same command continues", run.rows.len(), run.logs)))
+            }
+            0 => Ok(()),
+            failed => Err(CliError::in_file(
+                table,
+                format!("{failed} of {} logs could not be compared with {}; the column error gives the reasons", run.logs, model.name()),
             )),
         }
     }

@@ -19,6 +19,7 @@ mod effects;
 mod error;
 mod explain;
 mod fit;
+mod fleet;
 mod import;
 mod model;
 mod observer;
@@ -64,8 +65,11 @@ enum Command {
     /// Identify the physical effect that a model lacks, with the evidence
     ///
     /// Several logs are fitted together with one set of parameters. The logs of a folder are explained separately, in parallel; the result
-    /// is a table with one line for each log.
+    /// is a table with one line for each log. With --table the table is a Parquet file, subfolders count, and an interrupted run continues.
     Explain(explain::Explain),
+    /// Compare the stands of tables that stand explain --table has written
+    #[command(subcommand)]
+    Fleet(fleet::Fleet),
     /// Calibrate a rate gyro, an accelerometer or the drive: session, calibration record, uncertainty budgets
     Calibrate(Box<calibrate::Calibrate>),
     /// List, show, recompute and trend calibration records
@@ -132,6 +136,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Compare(compare)) => compare.run(),
         Some(Command::Fit(fit)) => fit.run(),
         Some(Command::Explain(explain)) => explain.run(),
+        Some(Command::Fleet(fleet)) => fleet.run(),
         Some(Command::Calibrate(calibrate)) => calibrate.run(),
         Some(Command::Records(records)) => records.run(),
         Some(Command::Certificate(certificate)) => certificate.run(),

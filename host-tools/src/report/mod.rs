@@ -18,6 +18,7 @@ pub mod effects;
 pub mod equation_error;
 mod escape;
 pub mod explanation;
+pub mod fleet;
 pub mod html;
 pub mod inspection;
 pub mod json;
