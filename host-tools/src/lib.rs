@@ -1,6 +1,7 @@
 //! The host side of the rotary stand: sessions, analyses and reports behind the command `stand`, on the library `identification`.
 //!
 //! Layers, lowest first: [`acquire`]; the analyses [`allan`], [`calibrate`], [`compensate`], [`drift`], [`observer`] and [`stability`], which return data;
+//! [`lab`], the works of the laboratory course;
 //! [`report`], which makes text, HTML and JSON of them and of [`identify`]; [`panel`], which serves a page; [`command`].
 
 pub mod acquire;
@@ -9,6 +10,7 @@ pub mod calibrate;
 pub mod command;
 pub mod compensate;
 pub mod drift;
+pub mod lab;
 pub mod observer;
 pub mod panel;
 pub mod report;
