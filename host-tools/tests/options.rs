@@ -12,6 +12,8 @@ mod common;
 mod drift_words;
 #[path = "common/import_words.rs"]
 mod import_words;
+#[path = "common/lab_words.rs"]
+mod lab_words;
 #[path = "common/observer_words.rs"]
 mod observer_words;
 #[path = "common/panel.rs"]
@@ -745,6 +747,7 @@ fn all_words() -> impl Iterator<Item = (&'static str, Check)> {
         .chain(import_words::WORDS)
         .chain(calibrate_words::WORDS)
         .chain(records_words::WORDS)
+        .chain(lab_words::WORDS)
         .chain(drift_words::WORDS.iter().copied())
         .chain(observer_words::WORDS)
         .chain(stability_words::WORDS)

@@ -21,6 +21,7 @@ pub mod explanation;
 pub mod html;
 pub mod inspection;
 pub mod json;
+pub mod lab;
 mod log_warning;
 pub mod misfits;
 pub mod model;
