@@ -10,10 +10,11 @@ use std::path::Path;
 use host_tools::identify::explain::{Criteria, Explanation, Verdict};
 use host_tools::identify::explain_logs::{LogExplanation, explain_together};
 use host_tools::lab::answers::{ANSWERS_FILE, Answers, HuntAnswer, NONE, QuantityAnswer, UNKNOWN, class_of};
+use host_tools::lab::archive::write_archive;
 use host_tools::lab::check::check;
 use host_tools::lab::course::{Lab, Language, Task, works};
-use host_tools::lab::grade::{Grade, Objection, grade};
-use host_tools::lab::journal::{JOURNAL_FILE, record_explained};
+use host_tools::lab::grade::{Grade, Objection, files_of, grade};
+use host_tools::lab::journal::{JOURNAL_FILE, Journal, record_explained};
 use host_tools::lab::judge::Mark;
 use host_tools::lab::measurement::{LOGS_FOLDER, reference};
 use host_tools::lab::seal::Key;
@@ -196,7 +197,25 @@ fn always_none_and_explain_first_fail_the_hunt() {
     let grade = graded(&work, &key);
     assert_eq!(grade.objections, [Objection::ExplainedFirst { log: "A.parquet".to_owned() }]);
     let hunt = grade.hunt.unwrap();
-    assert!(hunt.mean_score > hunt.max_score && !grade.criteria_met, "{hunt:?}");
+    assert!(hunt.mean_score >= hunt.max_score && !grade.criteria_met, "{hunt:?}");
+}
+
+#[test]
+fn archive_has_logs_journal_and_answers_and_no_file_from_outside_the_folder() {
+    let (folder, _) = started("accelerometer", "anna", 1);
+    let work = folder.path().join("work");
+    std::fs::write(folder.path().join("secret.txt"), "not of the work").unwrap();
+    let mut journal = Journal::read(&work).unwrap().unwrap();
+    journal.entries[0].files.insert("../secret.txt".to_owned(), String::new());
+    let names = files_of(&work, &journal);
+    let path = folder.path().join("work.zip");
+    write_archive(&path, &work, &names, &[("report.html", "a page".to_owned())]).unwrap();
+    let archive = zip::ZipArchive::new(std::fs::File::open(&path).unwrap()).unwrap();
+    let found: Vec<String> = archive.file_names().map(|name| name.unwrap().into_owned()).collect();
+    for name in ["logs/01-outer.parquet", "logs/03-inner.parquet", JOURNAL_FILE, ANSWERS_FILE, "work.toml", "report.html"] {
+        assert!(found.iter().any(|file| file == name), "{name}: {found:?}");
+    }
+    assert!(!found.iter().any(|name| name.contains("secret")), "{found:?}");
 }
 
 /// Minutes per attempt: `cargo test --release -p host-tools --test lab_course -- --ignored`, `LAB_SEEDS=200` for the campaign.

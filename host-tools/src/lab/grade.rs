@@ -87,7 +87,7 @@ pub struct JudgedHunt {
     pub logs: Vec<JudgedLog>,
     /// Mean of the final scores.
     pub mean_score: f64,
-    /// Greatest mean that meets the criterion.
+    /// A mean below this meets the criterion.
     pub max_score: f64,
 }
 
@@ -136,7 +136,7 @@ pub fn grade(folder: &Path, key: Option<Key>, noted_code: Option<&str>, on_progr
         (Task::Hunt(task), Truth::Hidden(hidden)) => hunt = Some(judge_hunt(task, &answers, hidden)),
         _ => {}
     }
-    let good = quantities.iter().all(|q| q.mark == Mark::Good) && hunt.as_ref().is_none_or(|hunt| hunt.mean_score <= hunt.max_score);
+    let good = quantities.iter().all(|q| q.mark == Mark::Good) && hunt.as_ref().is_none_or(|hunt| hunt.mean_score < hunt.max_score);
     // Without a whole journal there is nothing to add to.
     if !objections.iter().any(|o| matches!(o, Objection::Journal { .. })) {
         append(folder, Event::Graded, hashes(folder, [ANSWERS_FILE])?)?;
@@ -249,5 +249,7 @@ pub fn files_of(folder: &Path, journal: &Journal) -> Vec<String> {
     let logs = journal.entries.first().map_or(Vec::new(), |entry| entry.files.keys().cloned().collect());
     let own = [WORK_FILE, super::work::INSTRUCTIONS_FILE, super::work::MODEL_FILE, ANSWERS_FILE, JOURNAL_FILE].map(str::to_owned);
     let names: BTreeSet<String> = own.into_iter().chain(logs).collect();
-    names.into_iter().filter(|name| path_in(folder, name).is_file()).collect()
+    // Names in a journal are a student's: no other file of the computer gets into an archive.
+    let is_inside = |name: &String| !name.contains(['\\', ':']) && name.split('/').all(|part| !matches!(part, "" | "." | ".."));
+    names.into_iter().filter(|name| is_inside(name) && path_in(folder, name).is_file()).collect()
 }

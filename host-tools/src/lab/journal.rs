@@ -172,8 +172,9 @@ pub fn append(folder: &Path, event: Event, hashes: BTreeMap<String, String>) -> 
 /// # Errors
 /// As [`append`].
 pub fn record_explained(log: &Path) -> Result<(), LabError> {
+    // Absolute, since a log that is named from within its folder has no parents.
+    let log = std::fs::canonicalize(log).unwrap_or_else(|_| log.to_owned());
     let Some(folder) = log.parent().and_then(Path::parent) else { return Ok(()) };
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     if !folder.join(JOURNAL_FILE).is_file() {
         return Ok(());
     }
@@ -221,7 +222,9 @@ mod tests {
     #[test]
     fn explain_is_recorded_for_logs_of_a_work_only() {
         let (folder, _) = three_entries();
-        record_explained(&folder.path().join("logs/A.parquet")).expect("recorded");
+        std::fs::create_dir(folder.path().join("logs")).expect("a folder");
+        std::fs::write(folder.path().join("logs/A.parquet"), "rows").expect("a log");
+        record_explained(&folder.path().join("logs/../logs/A.parquet")).expect("recorded");
         record_explained(&folder.path().join("other/deeper/A.parquet")).expect("not of a work");
         let journal = Journal::read(folder.path()).expect("read").expect("whole");
         assert_eq!(journal.entries.len(), 4);
