@@ -128,8 +128,8 @@ pub struct StaircaseRun {
 pub struct HuntTask {
     /// Names of the logs.
     pub logs: Vec<String>,
-    /// Logs that hide something, at least.
-    pub min_hiding: usize,
+    /// Greatest number of logs in which one class is present, `none` and `unknown` included.
+    pub max_same: usize,
     /// Duration of a log, s.
     pub seconds: f64,
     /// Amplitude of the voltage steps, V.
@@ -138,7 +138,7 @@ pub struct HuntTask {
     pub shares: Shares,
     /// The effects that may be hidden.
     pub effects: Vec<String>,
-    /// Greatest mean Brier score over the logs.
+    /// The mean Brier score over the logs must be below this.
     pub max_brier_score: f64,
 }
 
@@ -307,7 +307,9 @@ mod tests {
                     assert!(task.effects.iter().all(|id| drive_model::card(id).is_some()), "{:?}", task.effects);
                     let s = task.shares;
                     assert!((s.none + s.one + s.two + s.unknown - 1.0).abs() < 1e-12);
-                    assert!(task.min_hiding < task.logs.len());
+                    // The best constant answer states each class with its share f of the logs and has the mean Σ f (1 − f).
+                    let share = task.max_same as f64 / task.logs.len() as f64;
+                    assert!(share <= 0.5 && task.max_brier_score <= 0.5);
                 }
             }
             assert!(lab.questions(When::Before).count() > 0 && lab.questions(When::After).count() > 0);
