@@ -71,7 +71,7 @@ pub fn hide(argument: &str, stand: &mut Stand) -> Result<HiddenEffect, HideError
             (card, NAMED_SEED)
         }
     };
-    Ok(add(&card, seed, stand))
+    Ok(add(card, seed, stand))
 }
 
 /// Adds an effect to `stand`, with parameter values drawn by `seed` from the ranges in its card.

@@ -135,7 +135,10 @@ impl From<LabError> for CliError {
             | LabError::Hide(_)
             | LabError::FrictionReference
             | LabError::Reference(_)
-            | LabError::DriftReference(_) => CliError::Other(error.to_string()),
+            | LabError::DriftReference(_)
+            | LabError::OncePerTurnReference
+            | LabError::Observer(_)
+            | LabError::ObserverReference(_) => CliError::Other(error.to_string()),
             LabError::Unknown { .. } | LabError::Invalid { .. } | LabError::Argument(_) => CliError::Input(error.to_string()),
         }
     }

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use drive_model::{card, cards};
 use serde::{Deserialize, Serialize};
 
-use super::course::{HuntTask, Lab, Language, QuantitySpec, Task, When};
+use super::course::{HuntTask, Lab, Language, QuantitySpec, When};
 
 /// Name of the file in the work folder.
 pub const ANSWERS_FILE: &str = "answers.toml";
@@ -253,17 +253,14 @@ impl Answers {
         if when == When::After {
             check_quantities(self, lab.quantities(), &mut problems);
         }
-        if let Task::Hunt(task) = &lab.task {
+        if let Some(task) = lab.hunt() {
             self.check_hunt(task, when, &mut problems);
         }
         if when == When::After && self.conclusion.trim().is_empty() {
             problems.push(AnswerProblem::Empty { entry: "conclusion".to_owned() });
         }
         let quantities = lab.quantities().iter().map(|q| q.name.as_str()).collect();
-        let logs = match &lab.task {
-            Task::Hunt(task) => task.logs.iter().map(String::as_str).collect(),
-            Task::Session(_) | Task::Friction(_) | Task::Drift(_) => BTreeSet::new(),
-        };
+        let logs = lab.hunt().map_or_else(BTreeSet::new, |task| task.logs.iter().map(String::as_str).collect());
         let questions: BTreeSet<&str> = lab.questions.iter().map(|question| question.id.as_str()).collect();
         let unasked = |table: &str, given: Vec<&String>, asked: &BTreeSet<&str>| -> Vec<AnswerProblem> {
             let entries = given.into_iter().filter(|key| !asked.contains(key.as_str()));
@@ -311,8 +308,8 @@ pub fn empty_table(lab: &Lab, language: Language) -> String {
     questions(&mut line, When::Before);
     line(comment("# After the measurement.", "# Після вимірювань."));
     questions(&mut line, When::After);
-    match &lab.task {
-        Task::Session(_) | Task::Friction(_) | Task::Drift(_) => {
+    match lab.hunt() {
+        None => {
             line("");
             line(comment(
                 "# Measured values. U: expanded uncertainty, coverage probability 95 %. nan: not filled in.",
@@ -326,7 +323,7 @@ pub fn empty_table(lab: &Lab, language: Language) -> String {
                 line(&format!("unit = \"{}\"", quantity.unit));
             }
         }
-        Task::Hunt(task) => {
+        Some(task) => {
             line("");
             line(comment(
                 "# Probability that each is present, 0 to 1: effects by their names in `stand effects`, none, unknown. What is not listed has 0.",

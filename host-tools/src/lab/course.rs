@@ -122,6 +122,40 @@ pub struct StaircaseRun {
     pub seconds: f64,
 }
 
+/// Logs at constant voltages of a drive with drawn disturbances of once per turn.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OncePerTurnTask {
+    /// Moment of inertia by its certificate, kg m².
+    pub inertia_kg_m2: f64,
+    /// Its half-width, %.
+    pub inertia_percent: f64,
+    /// Voltages, V, slowest first; each is applied with both signs.
+    pub voltages_V: [f64; 3],
+    /// Duration of a log, s.
+    pub seconds: f64,
+    /// Time at its beginning that is left out, s.
+    pub settle_s: f64,
+    /// The quantities.
+    pub quantities: Vec<QuantitySpec>,
+}
+
+/// Log of a sensitive element under a drawn constant moment.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObserversTask {
+    /// Name of the element's preset.
+    pub element: String,
+    /// Duration of the log, s.
+    pub seconds: f64,
+    /// All poles of an observer are at minus this, 1/s: the astatic one for the moment, the slow and the fast static one.
+    pub poles_1_s: [f64; 3],
+    /// Half-width of the gain of the angle sensor, %.
+    pub angle_gain_percent: f64,
+    /// The quantities.
+    pub quantities: Vec<QuantitySpec>,
+}
+
 /// Logs of drives with hidden effects.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -164,8 +198,12 @@ pub enum Task {
     Session(SessionTask),
     /// Friction of a drive.
     Friction(FrictionTask),
+    /// Torque and encoder error of once per turn.
+    OncePerTurn(OncePerTurnTask),
     /// Drift of a gyroscope.
     Drift(DriftTask),
+    /// Observers of a sensitive element.
+    Observers(ObserversTask),
     /// Hidden effects.
     Hunt(HuntTask),
 }
@@ -221,12 +259,14 @@ macro_rules! files {
 }
 
 /// The works that can be started and graded.
-const FILES: [Files; 6] = [
+const FILES: [Files; 8] = [
     files!("motor", 1, "01-motor", include_str!("../../../labs/01-motor/session.toml")),
     files!("friction", 2, "02-friction", ""),
+    files!("once-per-turn", 3, "03-once-per-turn", ""),
     files!("gyro", 4, "04-gyro", include_str!("../../../labs/04-gyro/session.toml")),
     files!("accelerometer", 5, "05-accelerometer", include_str!("../../../labs/05-accelerometer/session.toml")),
     files!("drift", 6, "06-drift", ""),
+    files!("observers", 7, "07-observers", ""),
     files!("hunt", 8, "08-hunt", include_str!("../../../labs/08-hunt/model.toml")),
 ];
 
@@ -272,9 +312,16 @@ impl Lab {
         match &self.task {
             Task::Session(SessionTask { quantities, .. })
             | Task::Friction(FrictionTask { quantities, .. })
-            | Task::Drift(DriftTask { quantities, .. }) => quantities,
+            | Task::OncePerTurn(OncePerTurnTask { quantities, .. })
+            | Task::Drift(DriftTask { quantities, .. })
+            | Task::Observers(ObserversTask { quantities, .. }) => quantities,
             Task::Hunt(_) => &[],
         }
+    }
+
+    /// The hunt; `None` for a work with quantities.
+    pub fn hunt(&self) -> Option<&HuntTask> {
+        if let Task::Hunt(task) = &self.task { Some(task) } else { None }
     }
 
     /// The questions of a time.
@@ -301,6 +348,8 @@ mod tests {
             match &lab.task {
                 Task::Session(task) => drop(lab.session(task.device).expect("a valid session")),
                 Task::Friction(task) => assert!(task.runs[0].amplitude_rad_s < task.runs[1].amplitude_rad_s),
+                Task::OncePerTurn(task) => assert!(task.voltages_V.is_sorted() && task.settle_s < task.seconds),
+                Task::Observers(task) => drop(crate::observer::Plant::named(&task.element).expect("a preset")),
                 Task::Drift(task) => assert!((30.0..60.0).contains(&task.latitude_deg)),
                 Task::Hunt(task) => {
                     crate::model::Model::parse(lab.model(), "model.toml").expect("a valid model");

@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use hal_sim::gyro::{Orientation, OwnDrift, SingleAxis, Site};
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::LabError;
 use super::course::DriftTask;
+use super::draw::Draw;
 use crate::acquire::drift_session::{CyclePlan, DriftSessionProgress, DriftSessionRequest, VisitOrder, simulate};
 use crate::drift::DEG_H;
 use crate::drift::compute::{DriftSettings, measurement};
@@ -29,11 +28,9 @@ const ROUNDS: u32 = 2;
 
 /// The gyroscope with this seed.
 fn drawn(task: &DriftTask, seed: u64) -> SingleAxis {
-    let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let mut between = |(low, high): (f64, f64)| low + (high - low) * (generator.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
-    let size = between(OWN_DRIFT_DEG_H);
-    let own_deg_h = if between((-1.0, 1.0)) < 0.0 { -size } else { size };
-    let azimuth_rad = between(AZIMUTH_DEG).to_radians();
+    let mut draw = Draw::new(seed);
+    let own_deg_h = draw.signed(OWN_DRIFT_DEG_H);
+    let azimuth_rad = draw.between(AZIMUTH_DEG).to_radians();
     let mut gyroscope = SingleAxis::default();
     gyroscope.site = Site { latitude_rad: task.latitude_deg.to_radians(), azimuth_rad };
     gyroscope.own = OwnDrift { constant_rad_s: own_deg_h * DEG_H, ..OwnDrift::default() };

@@ -11,6 +11,8 @@ use crate::acquire::simulation::SimulationError;
 use crate::calibrate::CalibrateError;
 use crate::drift::error::DriftError;
 use crate::log::LogError;
+use crate::observer::ObserverError;
+use crate::observer::recorded::TrackError;
 use crate::words::nearest;
 
 /// Why a work cannot be started, checked or graded.
@@ -77,6 +79,15 @@ pub enum LabError {
     /// The reference procedure gives no friction law.
     #[error("the reference procedure gives no result: the plateaus do not determine the law of friction")]
     FrictionReference,
+    /// The reference procedure gives no torque and no error of the encoder.
+    #[error("the reference procedure gives no result: the logs do not separate the torque from the encoder")]
+    OncePerTurnReference,
+    /// An observer cannot be designed.
+    #[error(transparent)]
+    Observer(#[from] ObserverError),
+    /// The observer of the reference procedure cannot run over the log.
+    #[error("the reference procedure gives no result: {0}")]
+    ObserverReference(#[from] TrackError),
     /// The reference procedure gives no drift.
     #[error("the reference procedure gives no drift: {0}")]
     DriftReference(#[from] DriftError),

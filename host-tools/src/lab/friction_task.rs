@@ -8,13 +8,12 @@ use std::path::Path;
 
 use hal_sim::plant::Stand;
 use hal_sim::session::SessionRequest;
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::Mode;
 
 use super::LabError;
 use super::course::FrictionTask;
+use super::draw::Draw;
 use crate::acquire::simulation::simulate;
 use crate::calibrate::plateaus::plateaus;
 use crate::log::Log;
@@ -65,17 +64,16 @@ impl Friction {
 
 /// The stand with this seed and its friction.
 fn drawn(task: &FrictionTask, seed: u64) -> (Stand, Friction) {
-    let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let mut between = |(low, high): (f64, f64)| low + (high - low) * (generator.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+    let mut draw = Draw::new(seed);
     let friction = Friction {
-        coulomb_N_m: between(COULOMB_N_M),
-        viscous_N_m_s: between(VISCOUS_N_M_S),
-        stribeck_N_m: between(STRIBECK_N_M),
-        stribeck_rate_rad_s: between(STRIBECK_RATE_RAD_S),
+        coulomb_N_m: draw.between(COULOMB_N_M),
+        viscous_N_m_s: draw.between(VISCOUS_N_M_S),
+        stribeck_N_m: draw.between(STRIBECK_N_M),
+        stribeck_rate_rad_s: draw.between(STRIBECK_RATE_RAD_S),
     };
     let mut stand = Stand::default();
-    stand.drive.motor_constant_N_m_A = task.motor_constant_N_m_A * (1.0 + task.motor_constant_percent / 100.0 * between((-1.0, 1.0)));
-    let current_scale = task.current_percent / 100.0 * between((-1.0, 1.0));
+    stand.drive.motor_constant_N_m_A = task.motor_constant_N_m_A * draw.factor(task.motor_constant_percent);
+    let current_scale = task.current_percent / 100.0 * draw.between((-1.0, 1.0));
     let effects = [
         ("coulomb", vec![("coulomb_N_m", friction.coulomb_N_m)]),
         ("viscous", vec![("viscous_N_m_s", friction.viscous_N_m_s)]),

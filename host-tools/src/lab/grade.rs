@@ -12,7 +12,7 @@ use stand_firmware::VERSION;
 use super::LabError;
 use super::answers::{ANSWERS_FILE, AnswerProblem, Answers, by_class};
 use super::check::read_answers;
-use super::course::{HuntTask, Lab, Task, When};
+use super::course::{HuntTask, Lab, When};
 use super::journal::{ChainError, Event, JOURNAL_FILE, Journal, append};
 use super::judge::{JudgedQuantity, MAX_UNCERTAINTY_RATIO, Mark, brier_score, mark, normalized_error};
 use super::measurement::{Hidden, LOGS_FOLDER, Truth, record, reference, truth};
@@ -129,11 +129,9 @@ pub fn grade(folder: &Path, key: Option<Key>, noted_code: Option<&str>, on_progr
     let answers = read_answers(folder)?;
     objections.extend(answers.problems(&lab, When::After).into_iter().map(|problem| Objection::Answer { problem }));
     let (mut quantities, mut hunt) = (Vec::new(), None);
-    match (&lab.task, truth(&lab, &key, &work.attempt())?) {
-        (Task::Session(_) | Task::Friction(_) | Task::Drift(_), Truth::Quantities(values)) => {
-            quantities = judge_quantities(&lab, &answers, &values, replayed.path())?
-        }
-        (Task::Hunt(task), Truth::Hidden(hidden)) => hunt = Some(judge_hunt(task, &answers, hidden)),
+    match (lab.hunt(), truth(&lab, &key, &work.attempt())?) {
+        (None, Truth::Quantities(values)) => quantities = judge_quantities(&lab, &answers, &values, replayed.path())?,
+        (Some(task), Truth::Hidden(hidden)) => hunt = Some(judge_hunt(task, &answers, hidden)),
         _ => {}
     }
     let good = quantities.iter().all(|q| q.mark == Mark::Good) && hunt.as_ref().is_none_or(|hunt| hunt.mean_score < hunt.max_score);
@@ -171,7 +169,7 @@ fn check_journal(journal: &Journal, work: &Work, lab: &Lab, folder: &Path, objec
     if checks.last().is_none_or(|entry| entry.files != answers) {
         objections.push(Objection::NotChecked);
     }
-    if matches!(lab.task, Task::Hunt(_)) {
+    if lab.hunt().is_some() {
         let own = |event: &Event| matches!(event, Event::Checked { before_complete: true, .. });
         let explained: BTreeSet<&String> = until_truth
             .take_while(|entry| !own(&entry.event))

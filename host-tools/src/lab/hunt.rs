@@ -8,12 +8,11 @@ use std::f64::consts::TAU;
 
 use hal_sim::plant::Stand;
 use hal_sim::plant::outsiders::{GrindingBearing, HuntingSupply, Outsiders, SectorRub, grinding_bearing, hunting_supply, sector_rub};
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::LabError;
 use super::answers::{NONE, UNKNOWN, class_of};
 use super::course::HuntTask;
+use super::draw::Draw;
 use crate::acquire::hidden::add;
 
 /// Largest relative deviation of the drive's parameters from the data sheet.
@@ -40,25 +39,12 @@ fn greatest_count(cases: &[HiddenCase]) -> usize {
     classes.into_iter().map(|class| cases.iter().filter(|case| case.present.contains(class)).count()).max().unwrap_or(0)
 }
 
-/// Random numbers of a seed.
-struct Draw(Xoshiro256PlusPlus);
-
-impl Draw {
-    fn between(&mut self, (low, high): (f64, f64)) -> f64 {
-        low + (high - low) * (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        ((self.between((0.0, 1.0)) * count as f64) as usize).min(count.saturating_sub(1))
-    }
-}
-
 /// The cases of a hunt.
 ///
 /// # Errors
 /// The task names an effect that the catalogue lacks.
 pub(super) fn cases(task: &HuntTask, seed: u64) -> Result<Vec<HiddenCase>, LabError> {
-    let mut draw = Draw(Xoshiro256PlusPlus::seed_from_u64(seed));
+    let mut draw = Draw::new(seed);
     loop {
         let cases = task.logs.iter().map(|log| case(task, log, &mut draw)).collect::<Result<Vec<_>, _>>()?;
         if greatest_count(&cases) <= task.max_same {
@@ -93,7 +79,7 @@ fn case(task: &HuntTask, log: &str, draw: &mut Draw) -> Result<HiddenCase, LabEr
         let (card, class) = drive_model::card(id).zip(class_of(id)).ok_or_else(|| LabError::unknown(id, std::iter::empty()))?;
         // Two effects of one class would be one answer.
         if present.insert(class.to_owned()) {
-            descriptions.push(add(&card, draw.0.next_u64(), &mut stand).to_string());
+            descriptions.push(add(card, draw.seed(), &mut stand).to_string());
         }
     }
     if present.is_empty() {
@@ -126,7 +112,7 @@ fn outsider(outsiders: &mut Outsiders, draw: &mut Draw) -> &'static str {
             outsiders.grinding_bearing = Some(GrindingBearing {
                 grinding_N_m: draw.between(grinding_bearing::TEST_RANGE_N_M),
                 grinding_s: draw.between(grinding_bearing::TEST_RANGE_S),
-                seed: draw.0.next_u64() >> 1,
+                seed: draw.seed() >> 1,
             });
             "a bearing whose friction is random"
         }

@@ -14,7 +14,7 @@ use super::LabError;
 use super::course::{HuntTask, Lab, Task};
 use super::hunt;
 use super::seal::{Attempt, Key};
-use super::{drift_task, friction_task};
+use super::{drift_task, friction_task, observers_task, once_per_turn_task};
 use crate::acquire::calibration_session::drawn_dut::{drawn_drive, drawn_sensor};
 use crate::acquire::calibration_session::error::RunError;
 use crate::acquire::calibration_session::journal::{Journal, JournalError};
@@ -32,6 +32,9 @@ use hal_sim::plant::Stand;
 pub const LOGS_FOLDER: &str = "logs";
 /// Name of the log of a drift work.
 const DRIFT_LOG: &str = "drift.parquet";
+/// Name of the log of a work on observers, and the column of its measurement.
+const ELEMENT_LOG: &str = "element.parquet";
+const ANGLE_COLUMN: &str = "angle_sensor_V";
 /// Notes that are not written: the date changes from run to run, the others contain a seed.
 const LEFT_OUT_NOTES: [&str; 3] = ["date", "seed", "stand"];
 /// Full scale of a drawn gyroscope, rad/s.
@@ -91,6 +94,8 @@ pub fn truth(lab: &Lab, key: &Key, attempt: &Attempt) -> Result<Truth, LabError>
     match &lab.task {
         Task::Session(task) => asked(drawn(key, attempt, &lab.session(task.device)?).1),
         Task::Friction(task) => asked(friction_task::truth(task, key.seed(attempt, "device"))),
+        Task::OncePerTurn(task) => asked(once_per_turn_task::truth(task, key.seed(attempt, "device"))),
+        Task::Observers(task) => asked(observers_task::truth(task, key.seed(attempt, "device"))?),
         Task::Drift(task) => asked(drift_task::truth(task, key.seed(attempt, "device"))),
         Task::Hunt(task) => {
             let cases = hunt::cases(task, key.seed(attempt, "device"))?;
@@ -115,15 +120,22 @@ pub fn record(
     match &lab.task {
         Task::Session(task) => record_session(&lab.session(task.device)?, key, attempt, folder, on_progress),
         Task::Friction(task) => {
-            for (k, file) in friction_task::LOGS.into_iter().enumerate() {
-                if !on_progress(k as f64 / friction_task::LOGS.len() as f64) {
-                    return Err(RunError::Interrupted.into());
-                }
-                let seeds = (key.seed(attempt, "device"), key.seed(attempt, &format!("noise {file}")));
-                let path = folder.join(file);
-                sealed_log(&friction_task::record(task, k, seeds, &path)?)?.write(path)?;
-            }
-            Ok(friction_task::LOGS.map(str::to_owned).to_vec())
+            let device = key.seed(attempt, "device");
+            record_each(&friction_task::LOGS, key, attempt, folder, on_progress, |k, noise, path| {
+                friction_task::record(task, k, (device, noise), path)
+            })
+        }
+        Task::OncePerTurn(task) => {
+            let device = key.seed(attempt, "device");
+            record_each(&once_per_turn_task::LOGS, key, attempt, folder, on_progress, |k, noise, path| {
+                once_per_turn_task::record(task, k, (device, noise), path)
+            })
+        }
+        Task::Observers(task) => {
+            let device = key.seed(attempt, "device");
+            record_each(&[ELEMENT_LOG], key, attempt, folder, on_progress, |_, noise, path| {
+                observers_task::record(task, (device, noise), path)
+            })
         }
         Task::Drift(task) => {
             let seeds = (key.seed(attempt, "device"), noise_seed(key, attempt));
@@ -185,10 +197,33 @@ fn journal_error(error: JournalError) -> LabError {
     RunError::from(error).into()
 }
 
+/// Records the logs `files`, each by its number, the seed of its noise and its path.
+fn record_each(
+    files: &[&str],
+    key: &Key,
+    attempt: &Attempt,
+    folder: &Path,
+    mut on_progress: impl FnMut(f64) -> bool,
+    record: impl Fn(usize, u64, &Path) -> Result<Log, LabError>,
+) -> Result<Vec<String>, LabError> {
+    for (k, file) in files.iter().enumerate() {
+        if !on_progress(k as f64 / files.len() as f64) {
+            return Err(RunError::Interrupted.into());
+        }
+        let path = folder.join(file);
+        sealed_log(&record(k, key.seed(attempt, &format!("noise {file}")), &path)?)?.write(path)?;
+    }
+    Ok(files.iter().map(|file| (*file).to_owned()).collect())
+}
+
 /// The log without the notes that give a seed or the date.
 fn sealed_log(log: &Log) -> Result<Log, LabError> {
     let notes: Vec<_> = log.notes().iter().filter(|(key, _)| !LEFT_OUT_NOTES.contains(&key.as_str())).cloned().collect();
     Ok(Log::new(log.path(), log.columns().to_vec(), Notes::from(notes))?)
+}
+
+fn read_each(files: &[&str], folder: &Path) -> Result<Vec<Log>, LabError> {
+    files.iter().map(|file| Ok(Log::read(folder.join(file))?)).collect()
 }
 
 /// The result of the reference procedure on the logs in `folder`: value and expanded uncertainty by name; empty for a hunt.
@@ -199,9 +234,14 @@ pub fn reference(lab: &Lab, folder: &Path) -> Result<BTreeMap<String, (f64, f64)
     let task = match &lab.task {
         Task::Session(task) => task,
         Task::Friction(task) => {
-            let logs = friction_task::LOGS.map(|file| Log::read(folder.join(file))).into_iter().collect::<Result<Vec<_>, _>>()?;
+            let logs = read_each(&friction_task::LOGS, folder)?;
             return friction_task::reference(task, &logs).ok_or(LabError::FrictionReference);
         }
+        Task::OncePerTurn(task) => {
+            let logs = read_each(&once_per_turn_task::LOGS, folder)?;
+            return once_per_turn_task::reference(task, &logs).ok_or(LabError::OncePerTurnReference);
+        }
+        Task::Observers(task) => return observers_task::reference(task, &Log::read_also(folder.join(ELEMENT_LOG), &[ANGLE_COLUMN])?),
         Task::Drift(_) => return drift_task::reference(Log::read_also(folder.join(DRIFT_LOG), &COLUMNS)?),
         Task::Hunt(_) => return Ok(BTreeMap::new()),
     };

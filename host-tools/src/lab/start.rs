@@ -6,7 +6,7 @@ use stand_firmware::VERSION;
 
 use super::LabError;
 use super::answers::{ANSWERS_FILE, empty_table};
-use super::course::{Lab, Language, Task};
+use super::course::{Lab, Language};
 use super::journal::{Event, append};
 use super::measurement::{LOGS_FOLDER, record};
 use super::seal::Key;
@@ -58,7 +58,7 @@ pub fn start(
     write(WORK_FILE, &description)?;
     write(INSTRUCTIONS_FILE, lab.instructions(language))?;
     write(ANSWERS_FILE, &empty_table(lab, language))?;
-    if matches!(lab.task, Task::Hunt(_)) {
+    if lab.hunt().is_some() {
         write(MODEL_FILE, lab.model())?;
     }
     let logs: Vec<String> = logs.into_iter().map(|log| format!("{LOGS_FOLDER}/{log}")).collect();

@@ -11,7 +11,7 @@ use super::json::value;
 use super::numbers::{plain, significant, with_sigma};
 use crate::lab::answers::Answers;
 use crate::lab::check::Checked;
-use crate::lab::course::{Lab, Language, Task, When};
+use crate::lab::course::{Lab, Language, When};
 use crate::lab::grade::Grade;
 use crate::lab::journal::{ChainError, Event, Journal};
 use crate::lab::judge::{MAX_GOOD_ERROR, MAX_REPEATED_ERROR, MAX_UNCERTAINTY_RATIO, Mark};
@@ -328,8 +328,8 @@ pub fn report_html(work: &Work, lab: &Lab, answers: &Answers, journal: &Result<J
     if !work.sealed {
         page.paragraph(Class::Warning, w.practice);
     }
-    match &lab.task {
-        Task::Session(_) | Task::Friction(_) | Task::Drift(_) => page.section(w.values, |page| {
+    match lab.hunt() {
+        None => page.section(w.values, |page| {
             let mut table = Table::new([w.quantity, "", "± U", w.unit]);
             for asked in lab.quantities() {
                 let filled = answers.quantities.get(&asked.name).filter(|given| given.value.is_finite() && given.expanded_u.is_finite());
@@ -341,7 +341,7 @@ pub fn report_html(work: &Work, lab: &Lab, answers: &Answers, journal: &Result<J
             }
             page.table(table);
         }),
-        Task::Hunt(task) => page.section(w.probabilities, |page| {
+        Some(task) => page.section(w.probabilities, |page| {
             let mut table = Table::new([w.log, w.reason, w.before, w.after]);
             let list = |probabilities: &std::collections::BTreeMap<String, f64>| {
                 probabilities.iter().map(|(class, p)| format!("{class} {}", plain(*p, 3))).collect::<Vec<_>>().join(", ")
