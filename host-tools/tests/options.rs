@@ -14,6 +14,8 @@ mod drift_words;
 mod fleet_words;
 #[path = "common/import_words.rs"]
 mod import_words;
+#[path = "common/lab_words.rs"]
+mod lab_words;
 #[path = "common/observer_words.rs"]
 mod observer_words;
 #[path = "common/panel.rs"]
@@ -747,6 +749,7 @@ fn all_words() -> impl Iterator<Item = (&'static str, Check)> {
         .chain(import_words::WORDS)
         .chain(calibrate_words::WORDS)
         .chain(records_words::WORDS)
+        .chain(lab_words::WORDS)
         .chain(drift_words::WORDS.iter().copied())
         .chain(observer_words::WORDS)
         .chain(stability_words::WORDS)

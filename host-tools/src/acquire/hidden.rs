@@ -71,6 +71,11 @@ pub fn hide(argument: &str, stand: &mut Stand) -> Result<HiddenEffect, HideError
             (card, NAMED_SEED)
         }
     };
+    Ok(add(card, seed, stand))
+}
+
+/// Adds an effect to `stand`, with parameter values drawn by `seed` from the ranges in its card.
+pub fn add(card: &Card, seed: u64, stand: &mut Stand) -> HiddenEffect {
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed ^ PARAMETER_STREAM);
     let mut parameters = BTreeMap::new();
     for p in card.parameters {
@@ -84,7 +89,7 @@ pub fn hide(argument: &str, stand: &mut Stand) -> Result<HiddenEffect, HideError
         parameters.insert(p.name.to_owned(), value);
     }
     stand.effects.insert(card.id.to_owned(), parameters.clone());
-    Ok(HiddenEffect { effect: card.id, parameters })
+    HiddenEffect { effect: card.id, parameters }
 }
 
 /// The effect has a shaft, and the stand has one already: a drive has one shaft.

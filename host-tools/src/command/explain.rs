@@ -15,7 +15,8 @@ use crate::fleet::run::{Callbacks, run};
 use crate::fleet::session::logs_of;
 use crate::fleet::{IdentityTable, Session, Settings};
 use crate::identify::explain::{Criteria, Engine, Explanation, Verdict};
-use crate::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together};
+use crate::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together, logs_in};
+use crate::lab::journal::record_explained;
 use crate::model::Model;
 use crate::report;
 use crate::report::explanation::sentences::progress;
@@ -94,6 +95,7 @@ impl Explain {
         criteria.search.engine = self.engine.into();
         self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
         self.import.apply(self.log.iter().map(PathBuf::as_path))?;
+        self.record_in_labs()?;
         if let Some(folder) = self.log.iter().find(|p| p.is_dir()) {
             self.check_folder_options(folder)?;
             if let Some(table) = &self.table {
@@ -114,6 +116,18 @@ impl Explain {
             }
             LogExplanation::Explained(explanation) => self.report(&explanation, &model),
         }
+    }
+
+    /// Records the explanation in the journal of the laboratory work to which a log belongs.
+    fn record_in_labs(&self) -> Result<(), CliError> {
+        for path in &self.log {
+            if path.is_dir() {
+                logs_in(path)?.iter().try_for_each(|log| record_explained(log))?;
+            } else {
+                record_explained(path)?;
+            }
+        }
+        Ok(())
     }
 
     /// A folder excludes further logs, and the options of a single result.

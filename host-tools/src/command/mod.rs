@@ -21,6 +21,7 @@ mod explain;
 mod fit;
 mod fleet;
 mod import;
+mod lab;
 mod model;
 mod observer;
 mod output;
@@ -109,6 +110,9 @@ enum Command {
     /// Compensate the effect of vibration on an azimuth
     #[command(subcommand)]
     Vibration(vibration::VibrationCommand),
+    /// The works of the laboratory course: start, check, report, grade
+    #[command(subcommand)]
+    Lab(lab::LabCommand),
     /// List the catalogue of physical effects, or describe one effect
     Effects(effects::Effects),
     /// Print a completion script for a shell: bash, zsh, fish, PowerShell or elvish
@@ -153,6 +157,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Model(model)) => model.run(),
         Some(Command::Observer(observer)) => observer.run(),
         Some(Command::Vibration(vibration)) => vibration.run(),
+        Some(Command::Lab(lab)) => lab.run(),
         Some(Command::Effects(effects)) => effects.run(),
         Some(Command::Completions(completions)) => completions.run(Arguments::command()),
         Some(Command::Man(man)) => man.run(Arguments::command()),

@@ -28,9 +28,9 @@ const SETTLING_TIME_CONSTANTS: f64 = 10.0;
 const MAX_BLOCKS: usize = 16;
 const MIN_BLOCKS: usize = 4;
 /// Shortest block, time constants of the slowest pole: the correlation of neighbouring means is below 1/10.
-const BLOCK_TIME_CONSTANTS: f64 = 5.0;
+pub const BLOCK_TIME_CONSTANTS: f64 = 5.0;
 /// Gain of the simulated angle sensor, V/rad: ± 33 mrad in the range of the converter.
-const ANGLE_GAIN_V_RAD: f64 = 50.0;
+pub const ANGLE_GAIN_V_RAD: f64 = 50.0;
 /// Stream of the noise of the simulated sensor.
 const ANGLE_STREAM: u32 = 76;
 
@@ -199,7 +199,7 @@ impl Tracked {
 }
 
 /// Mean by blocks of at least `shortest` values, with Student's t; no uncertainty with too few blocks.
-fn block_mean(values: &[f64], shortest: f64) -> Estimate {
+pub fn block_mean(values: &[f64], shortest: f64) -> Estimate {
     let count = ((values.len() as f64 / shortest.max(1.0)) as usize).min(MAX_BLOCKS);
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     if count < MIN_BLOCKS {
@@ -230,12 +230,22 @@ pub enum RecordError {
     Log(#[from] LogError),
 }
 
-/// Writes a log of the free element under the moment, from the initial angle, as the converter of the stand reads it (noise of one code, rounded), with the
-/// true states and the true moment.
+/// Writes the log of [`free_log`].
 ///
 /// # Errors
 /// The angle leaves the range; the log cannot be written.
 pub fn simulate_log(plant: &Plant, disturbed: Disturbance, seconds: f64, step_s: f64, seed: u64, path: &Path) -> Result<Log, RecordError> {
+    let log = free_log(plant, disturbed, seconds, step_s, seed, path)?;
+    log.write(path)?;
+    Ok(log)
+}
+
+/// A log of the free element under the moment, from the initial angle, as the converter of the stand reads it (noise of one code, rounded), with the true states
+/// and the true moment. `path` becomes its name; no file is written.
+///
+/// # Errors
+/// The angle leaves the range; the ending of `path` is wrong.
+pub fn free_log(plant: &Plant, disturbed: Disturbance, seconds: f64, step_s: f64, seed: u64, path: &Path) -> Result<Log, RecordError> {
     Format::of(path)?;
     let hardware = Hardware::default();
     let range_V = hardware.angle_zero_code * hardware.angle_V_per_code;
@@ -261,7 +271,5 @@ pub fn simulate_log(plant: &Plant, disturbed: Disturbance, seconds: f64, step_s:
     }
     let all = ["t_s", "angle_sensor_V"].into_iter().chain(names.iter().copied()).chain([MOMENT]);
     let columns = all.zip(columns).map(|(name, values)| Column { name: name.to_owned(), values }).collect();
-    let log = Log::new(path, columns, Notes::from_iter([Note::Number("angle_gain_V_rad", ANGLE_GAIN_V_RAD)]))?;
-    log.write(path)?;
-    Ok(log)
+    Ok(Log::new(path, columns, Notes::from_iter([Note::Number("angle_gain_V_rad", ANGLE_GAIN_V_RAD)]))?)
 }

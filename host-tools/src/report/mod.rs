@@ -22,6 +22,7 @@ pub mod fleet;
 pub mod html;
 pub mod inspection;
 pub mod json;
+pub mod lab;
 mod log_warning;
 pub mod misfits;
 pub mod model;

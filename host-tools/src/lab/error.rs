@@ -1,0 +1,108 @@
+//! Errors of the laboratory course.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::acquire::calibration_session::PlanError;
+use crate::acquire::calibration_session::error::RunError;
+use crate::acquire::drift_session::DriftSessionError;
+use crate::acquire::hidden::HideError;
+use crate::acquire::simulation::SimulationError;
+use crate::calibrate::CalibrateError;
+use crate::drift::error::DriftError;
+use crate::log::LogError;
+use crate::observer::ObserverError;
+use crate::observer::recorded::TrackError;
+use crate::words::nearest;
+
+/// Why a work cannot be started, checked or graded.
+#[derive(Debug, thiserror::Error)]
+pub enum LabError {
+    /// No such work.
+    #[error("`{name}` is not a work of the course{} (`stand lab list` lists all)", near.as_ref().map_or(String::new(), |n| format!("; did you mean `{n}`?")))]
+    Unknown {
+        /// What was given.
+        name: String,
+        /// The nearest identifier.
+        near: Option<String>,
+    },
+    /// A file cannot be read or written.
+    #[error("{}: cannot {action}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What was tried: read, write, create.
+        action: &'static str,
+        /// Error of the system.
+        source: io::Error,
+    },
+    /// A file has a wrong content.
+    #[error("{}: {message}", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
+    /// An argument is wrong.
+    #[error("{0}")]
+    Argument(String),
+    /// The definition of a work is wrong: an error of this program, which a test excludes.
+    #[error("the work `{lab}` is defined wrongly: {message}")]
+    Definition {
+        /// Its identifier.
+        lab: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// The session cannot be prepared.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The session on the simulated stand ended early.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A log cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// An effect cannot be hidden.
+    #[error(transparent)]
+    Hide(#[from] HideError),
+    /// A log.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The drift session on the simulated stand ended early.
+    #[error(transparent)]
+    DriftSession(#[from] DriftSessionError),
+    /// The reference procedure gives no result.
+    #[error("the reference procedure gives no result: {0}")]
+    Reference(#[from] CalibrateError),
+    /// The reference procedure gives no friction law.
+    #[error("the reference procedure gives no result: the plateaus do not determine the law of friction")]
+    FrictionReference,
+    /// The reference procedure gives no torque and no error of the encoder.
+    #[error("the reference procedure gives no result: the logs do not separate the torque from the encoder")]
+    OncePerTurnReference,
+    /// An observer cannot be designed.
+    #[error(transparent)]
+    Observer(#[from] ObserverError),
+    /// The observer of the reference procedure cannot run over the log.
+    #[error("the reference procedure gives no result: {0}")]
+    ObserverReference(#[from] TrackError),
+    /// The reference procedure gives no drift.
+    #[error("the reference procedure gives no drift: {0}")]
+    DriftReference(#[from] DriftError),
+}
+
+impl LabError {
+    pub(super) fn file(path: &Path, action: &'static str, source: io::Error) -> Self {
+        LabError::File { path: path.to_owned(), action, source }
+    }
+
+    pub(super) fn invalid(path: &Path, message: impl Into<String>) -> Self {
+        LabError::Invalid { path: path.to_owned(), message: message.into() }
+    }
+
+    pub(super) fn unknown<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Self {
+        LabError::Unknown { name: name.to_owned(), near: nearest(name, known) }
+    }
+}

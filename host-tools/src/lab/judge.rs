@@ -1,0 +1,139 @@
+//! Judgement of answers: normalised error of values, limit of their uncertainty, Brier score of probabilities.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Serialize;
+
+/// Normalised error up to which a value agrees with the reference (ISO/IEC 17043:2023, annex B: |E_n| ≤ 1).
+pub const MAX_GOOD_ERROR: f64 = 1.0;
+/// Normalised error up to which the measurement is to be repeated and its deviation explained; beyond, the value is wrong.
+pub const MAX_REPEATED_ERROR: f64 = 1.5;
+/// Greatest uncertainty as a multiple of that of the reference procedure on the same logs: otherwise a huge U would agree with everything.
+pub const MAX_UNCERTAINTY_RATIO: f64 = 2.0;
+
+/// Judgement of a value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mark {
+    /// Agrees with the reference, with an uncertainty within its limit.
+    Good,
+    /// Deviates by more than the uncertainties explain: repeat the measurement and explain the deviation.
+    Repeat,
+    /// Wrong value, or an uncertainty that is far too small.
+    Wrong,
+    /// The uncertainty is above its limit, whatever the value.
+    UncertaintyTooLarge,
+}
+
+/// A judged value.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JudgedQuantity {
+    /// Name of the quantity, with its unit.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// The student's value.
+    pub value: f64,
+    /// The student's expanded uncertainty.
+    #[serde(rename = "U")]
+    pub expanded_u: f64,
+    /// True value of the simulated device.
+    pub reference: f64,
+    /// Expanded uncertainty of the reference procedure on the same logs.
+    #[serde(rename = "U_ref")]
+    pub reference_u: f64,
+    /// |x − X|/√(U² + U_ref²).
+    pub normalized_error: f64,
+    /// Greatest permitted U.
+    #[serde(rename = "U_limit")]
+    pub u_limit: f64,
+    /// The judgement.
+    pub mark: Mark,
+}
+
+/// Normalised error |x − X|/√(U² + U_ref²) of a value x ± U from a reference X ± U_ref, all in one unit.
+pub fn normalized_error(value: f64, expanded_u: f64, reference: f64, reference_u: f64) -> f64 {
+    (value - reference).abs() / expanded_u.hypot(reference_u)
+}
+
+/// The mark of a value with this normalised error.
+pub fn mark(normalized_error: f64, expanded_u: f64, reference_u: f64) -> Mark {
+    if expanded_u.is_nan() || expanded_u > MAX_UNCERTAINTY_RATIO * reference_u {
+        Mark::UncertaintyTooLarge
+    } else if normalized_error <= MAX_GOOD_ERROR {
+        Mark::Good
+    } else if normalized_error <= MAX_REPEATED_ERROR {
+        Mark::Repeat
+    } else {
+        Mark::Wrong
+    }
+}
+
+/// Brier score of the stated probabilities: Σ (p − o)² over the classes, o = 1 for a class that is present and 0 for others. A class without a probability has
+/// p = 0. With exactly one present class this is the score of Brier (Monthly Weather Review 78 (1950) 1), from 0 to 2 where the probabilities sum to 1; each
+/// further present class adds a term, so that two hidden effects are scored by the same sum. The score is proper: its expectation is least for the
+/// probabilities that one believes.
+pub fn brier_score(probabilities: &BTreeMap<String, f64>, present: &BTreeSet<String>) -> f64 {
+    let missed = present.iter().filter(|class| !probabilities.contains_key(*class)).count() as f64;
+    let stated = probabilities.iter().map(|(class, p)| (p - f64::from(u8::from(present.contains(class)))).powi(2));
+    missed + stated.sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn probabilities(list: &[(&str, f64)]) -> BTreeMap<String, f64> {
+        list.iter().map(|(class, p)| ((*class).to_owned(), *p)).collect()
+    }
+
+    fn present(list: &[&str]) -> BTreeSet<String> {
+        list.iter().map(|class| (*class).to_owned()).collect()
+    }
+
+    #[test]
+    fn normalized_error_adds_both_uncertainties_in_quadrature() {
+        assert!((normalized_error(10.0, 3.0, 5.0, 4.0) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn marks_change_at_one_and_one_and_a_half() {
+        assert_eq!(mark(1.0, 1.0, 1.0), Mark::Good);
+        assert_eq!(mark(1.001, 1.0, 1.0), Mark::Repeat);
+        assert_eq!(mark(1.5, 1.0, 1.0), Mark::Repeat);
+        assert_eq!(mark(1.501, 1.0, 1.0), Mark::Wrong);
+    }
+
+    #[test]
+    fn huge_uncertainty_does_not_win() {
+        assert_eq!(mark(normalized_error(7.0, 100.0, 5.0, 0.1), 100.0, 0.1), Mark::UncertaintyTooLarge);
+        assert_eq!(mark(0.0, 0.2, 0.1), Mark::Good);
+        assert_eq!(mark(0.0, 0.2001, 0.1), Mark::UncertaintyTooLarge);
+        assert_eq!(mark(0.0, f64::NAN, 0.1), Mark::UncertaintyTooLarge);
+    }
+
+    #[test]
+    fn brier_score_of_one_class_is_that_of_1950() {
+        let stated = probabilities(&[("cogging", 0.7), ("none", 0.3)]);
+        assert!((brier_score(&stated, &present(&["cogging"])) - 0.18).abs() < 1e-12);
+        assert!((brier_score(&stated, &present(&["none"])) - 0.98).abs() < 1e-12);
+        assert!((brier_score(&probabilities(&[("none", 1.0)]), &present(&["load"])) - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn both_of_two_effects_count() {
+        let two = present(&["cogging", "load"]);
+        assert_eq!(brier_score(&probabilities(&[("cogging", 1.0), ("load", 1.0)]), &two), 0.0);
+        assert_eq!(brier_score(&probabilities(&[("cogging", 1.0)]), &two), 1.0);
+    }
+
+    /// A believed probability of 0.6 is best stated as 0.6.
+    #[test]
+    fn honest_probability_has_the_least_expected_score() {
+        let expected = |p: f64| {
+            let stated = probabilities(&[("load", p), ("none", 1.0 - p)]);
+            0.6 * brier_score(&stated, &present(&["load"])) + 0.4 * brier_score(&stated, &present(&["none"]))
+        };
+        assert!([0.0, 0.4, 0.55, 0.65, 1.0].into_iter().all(|p| expected(p) > expected(0.6)));
+    }
+}

@@ -1,0 +1,29 @@
+//! Laboratory course: works with a device whose true values are sealed, the student's answers, and their judgement.
+//!
+//! Input: the definitions in `labs/` ([`course`]), the teacher's key ([`seal`]), a work folder ([`work`]). Output: data, worded by `report::lab`:
+//! [`start`] fills a work folder with logs, instructions and a table of answers; [`check`] examines the answers without the true values and
+//! records their hash in a chained journal ([`journal`]); [`grade`] replays the measurement with the key, compares the logs, and judges the answers ([`judge`]).
+//!
+//! Limits: the true values of a simulated device follow from key, work, student and attempt, so that whoever has the key has them. The journal shows edits of
+//! entries; a student who writes the whole journal anew is found only by a code that was noted elsewhere. docs/laboratory-course.md describes both.
+
+pub mod answers;
+pub mod archive;
+pub mod check;
+pub mod course;
+mod draw;
+mod drift_task;
+mod error;
+mod friction_task;
+pub mod grade;
+mod hunt;
+pub mod journal;
+pub mod judge;
+pub mod measurement;
+mod observers_task;
+mod once_per_turn_task;
+pub mod seal;
+pub mod start;
+pub mod work;
+
+pub use error::LabError;

@@ -1,0 +1,106 @@
+//! One check for each word of `lab`.
+
+use std::path::Path;
+
+use super::{Check, help_everywhere, json, json_in_both_places, stand, stdout_of};
+
+/// Starts the accelerometer's work, whose logs are the shortest, in `folder/name`.
+fn started(folder: &Path, name: &str, words: &[&str]) -> serde_json::Value {
+    let given = if words.contains(&"--student") { vec![] } else { vec!["--student", "anna"] };
+    stand(folder, &[&["lab", "start", "accelerometer", "--out", name, "--json", "-"], &given[..], words].concat()).succeeded().json()
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    std::fs::read_to_string(folder.join(name)).unwrap()
+}
+
+fn log(folder: &Path, work: &str) -> Vec<u8> {
+    std::fs::read(folder.join(work).join("logs/01-outer.parquet")).unwrap()
+}
+
+pub const WORDS: [(&str, Check); 26] = [
+    ("lab", |f| assert_eq!(stand(f, &["lab"]).status, Some(2))),
+    ("lab --help", help_everywhere),
+    ("lab list --help", help_everywhere),
+    ("lab list", |f| assert!(stdout_of(f, &["lab", "list"]).contains("accelerometer"))),
+    ("lab list --language", |f| assert!(stdout_of(f, &["lab", "list", "--language", "uk"]).contains("Полювання"))),
+    ("lab list --json", |f| drop(json_in_both_places(f, &["lab", "list"]))),
+    ("lab key --help", help_everywhere),
+    ("lab key <FILE> --json", |f| {
+        assert_eq!(json(f, &["lab", "key", "a.key"])["key"], "a.key");
+        stand(f, &["lab", "key", "b.key"]).succeeded();
+        assert_ne!(read(f, "a.key"), read(f, "b.key"));
+        assert_eq!(stand(f, &["lab", "key", "a.key"]).status, Some(2), "a key is never overwritten");
+    }),
+    ("lab start --help", help_everywhere),
+    ("lab start <LAB> --out --json", |f| {
+        assert_eq!(stand(f, &["lab", "start", "acelerometer", "--student", "anna", "--out", "w"]).status, Some(2));
+        assert_eq!(started(f, "w", &[])["lab"], "accelerometer");
+        assert!(read(f, "w/answers.toml").contains("[quantities.scale]"));
+    }),
+    ("lab start --student --attempt", |f| {
+        started(f, "a", &[]);
+        started(f, "b", &["--student", "borys"]);
+        started(f, "c", &["--attempt", "2"]);
+        started(f, "again", &[]);
+        assert_eq!(log(f, "a"), log(f, "again"), "one attempt, one log, bit for bit");
+        assert!(log(f, "a") != log(f, "b") && log(f, "a") != log(f, "c") && log(f, "b") != log(f, "c"));
+    }),
+    ("lab start --key", |f| {
+        stand(f, &["lab", "key", "teacher.key"]).succeeded();
+        assert_eq!(started(f, "sealed", &["--key", "teacher.key"])["sealed"], true);
+        assert_eq!(started(f, "practice", &[])["sealed"], false);
+        assert_ne!(log(f, "sealed"), log(f, "practice"));
+    }),
+    ("lab start --language", |f| {
+        started(f, "w", &["--language", "uk"]);
+        assert!(read(f, "w/instructions.md").contains("Порядок роботи"));
+    }),
+    ("lab check --help", help_everywhere),
+    ("lab check <FOLDER> --json", |f| {
+        started(f, "w", &[]);
+        let empty = json(f, &["lab", "check", "w"]);
+        assert_eq!((empty["complete"].as_bool(), empty["before_complete"].as_bool()), (Some(false), Some(false)));
+        assert_eq!(read(f, "w/lab-journal.jsonl").lines().count(), 2);
+        let text = stdout_of(f, &["lab", "check", "w", "--json", "c.json"]);
+        assert!(text.contains("not filled in") && read(f, "c.json").contains("\"kind\": \"empty\""), "{text}");
+    }),
+    ("lab report --help", help_everywhere),
+    ("lab report <FOLDER> --html --zip --json", |f| {
+        started(f, "w", &[]);
+        let report = json(f, &["lab", "report", "w", "--html", "r.html", "--zip", "w.zip"]);
+        assert_eq!(report["student"], "anna");
+        assert!(read(f, "r.html").contains("not filled in") && !read(f, "r.html").contains("true value of"));
+        assert!(std::fs::read(f.join("w.zip")).unwrap().starts_with(b"PK"));
+        assert_eq!(stand(f, &["lab", "report", "w"]).status, Some(2), "a report needs a form");
+    }),
+    ("lab grade --help", help_everywhere),
+    ("lab grade <FOLDER> --html --json", |f| {
+        started(f, "w", &[]);
+        let grade = json(f, &["lab", "grade", "w", "--html", "g.html"]);
+        assert_eq!(grade["criteria_met"], false, "nothing is answered");
+        assert!(read(f, "g.html").contains("Objections"));
+    }),
+    ("lab grade --key", |f| {
+        stand(f, &["lab", "key", "teacher.key"]).succeeded();
+        stand(f, &["lab", "key", "other.key"]).succeeded();
+        started(f, "w", &["--key", "teacher.key"]);
+        assert_eq!(stand(f, &["lab", "grade", "w"]).status, Some(2), "a sealed work needs its key");
+        let other_logs = |key: &str| {
+            let says = json(f, &["lab", "grade", "w", "--key", key])["says"].to_string();
+            says.contains("not the log of this student")
+        };
+        assert!(!other_logs("teacher.key") && other_logs("other.key"));
+    }),
+    ("lab grade --code", |f| {
+        started(f, "w", &[]);
+        let code = json(f, &["lab", "check", "w"])["code"].as_str().unwrap()[..16].to_owned();
+        let says = |code: &str| json(f, &["lab", "grade", "w", "--code", code])["says"].to_string();
+        assert!(!says(&code).contains("noted code") && says("0123456789abcdef").contains("noted code"));
+    }),
+    ("lab start", |f| drop(started(f, "w", &[]))),
+    ("lab check", |f| assert_eq!(stand(f, &["lab", "check", "."]).status, Some(2))),
+    ("lab report", |f| assert_eq!(stand(f, &["lab", "report", "."]).status, Some(2))),
+    ("lab grade", |f| assert_eq!(stand(f, &["lab", "grade", "."]).status, Some(2))),
+    ("lab key", |f| assert_eq!(stand(f, &["lab", "key"]).status, Some(2))),
+];
