@@ -112,16 +112,17 @@ async function switchOn() {
   await viewer.until((s) => s.drive.is_on);
 }
 
-/** An attack that stops the drive does so every time. A computer that is late by more than the stand's second of patience stops it too, but not three times. */
+/** The fault of a stand whose host was late. */
+const LATE = "host silent";
+
+/** Attacks; the user's drive goes on. A computer that is late stops it too, by one fault only and not three times: then the attack is repeated. */
 async function leavesTheDrive(origin, target, name) {
-  let isUndisturbed = false;
-  for (let attempt = 1; attempt <= 3 && !isUndisturbed; attempt++) {
-    isUndisturbed = await from(origin, target, name);
-    if (isUndisturbed) continue;
-    console.log(`${name}: attempt ${attempt}: the drive was lost: ${viewer.state.drive.fault}`);
+  for (let attempt = 1; attempt <= 3; attempt++) {
+    if (await from(origin, target, name)) return claim(true, `${name}: the drive of the user goes on undisturbed`);
+    const { fault } = viewer.state.drive;
+    claim(fault.includes(LATE) && attempt < 3, `${name}: attempt ${attempt}: only a late computer stopped the drive: ${fault}`);
     await switchOn();
   }
-  claim(isUndisturbed, `${name}: the drive of the user goes on undisturbed`);
 }
 
 try {

@@ -174,7 +174,7 @@ fn mark_visible(outcome: &mut Outcome, explanation: &Explanation, log: &Log, kno
     // BIC increase of a model without the effect, and its rms over noise.
     let better = |system: &System, without: &FitResult| {
         let more = truth.held.parameters.free().len().saturating_sub(without.parameters.free().len());
-        let bic = -delta_bic(squares(system, without).gain(&full), more, full.effective_samples());
+        let bic = -delta_bic(squares(system, without).gain(&full), more as f64, full.effective_samples());
         let ratio = without.channels.iter().zip(&truth.held.channels).map(|(c, t)| c.rms / t.noise).fold(0.0, f64::max);
         (bic, ratio)
     };

@@ -1,5 +1,6 @@
 //! Imperfections of a bench are not called physics, and physics is found beside them. More logs: `cargo bench -p stand-tests --bench confusion -- dirt KIND`.
 
+use host_tools::identify::explain::reasons::Refusal;
 use host_tools::identify::explain::{Explanation, Remark, Verdict, explain};
 use host_tools::identify::fit::prepare::PreparationNote;
 use host_tools::log::LogWarning;
@@ -40,4 +41,23 @@ fn effect_is_found_beside_outliers_and_jitter_and_in_slow_rows() {
         let e = answer("own/cogging/voltage/multi-step/5", dirt);
         assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["cogging".to_owned()][..]), "{}", dirt.name());
     }
+}
+
+/// Rows of 5 ms under the speed loop do not show what the voltage does within them. A gear ripple fits that, with a gain that is significant against the noise alone.
+#[test]
+fn what_the_voltage_may_do_within_slow_rows_is_no_effect() {
+    let e = answer("nulls/rate/multisine/7100", Dirt::SlowMean);
+    assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{:?}", e.missing);
+    let ripple = e.candidates.iter().find(|c| c.effect == "gear-ripple").expect("it is tried");
+    assert!(matches!(ripple.refused, Some(Refusal::CourseOpen { .. })), "{:?}", ripple.refused);
+    assert!(ripple.p_value < 1e-3, "against the noise alone: {}", ripple.p_value);
+}
+
+/// A voltage that moves within the rows explains as much as an effect, and no note excludes it.
+#[test]
+fn another_way_of_recording_is_preferred_to_an_effect() {
+    let e = answer("nulls/voltage/multi-step/7107", Dirt::SlowMean);
+    assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{:?}", e.missing);
+    let moves = |r: &Remark| matches!(r, Remark::Preparation(PreparationNote::AssumedToMove { column: "u_V" }));
+    assert!(e.remarks.iter().any(moves), "{:?}", e.remarks);
 }

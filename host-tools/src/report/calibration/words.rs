@@ -41,7 +41,7 @@ pub fn basis(basis: &Basis) -> String {
             format!("√2 times the smallest Allan deviation about the fit, at an averaging time of {} s", plain(*averaging_s, 2))
         }
         Basis::OneWindow => "scatter of one window".into(),
-        Basis::OfStandardDeviation => "up to the upper limit of a standard deviation (χ²)".into(),
+        Basis::OfStandardDeviation => "upper 97.5 % limit of a standard deviation (χ² distribution)".into(),
         Basis::TwoStandardDeviations => "two standard deviations of a plateau".into(),
         Basis::PlateausAboutCurve { count } => format!("scatter of {count} plateaus about the curve"),
         Basis::PlateausAboutTwoLines { count } => format!("scatter of {count} plateaus about two straight lines"),

@@ -53,7 +53,7 @@ fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -
     for (f, with) in fitted.iter_mut().zip(all) {
         let gain = without.gain(&with);
         f.gain = gain;
-        f.delta_bic = delta_bic(gain, f.extra_parameters, without.effective_samples());
+        f.delta_bic = delta_bic(gain, f.extra_parameters as f64, without.effective_samples());
         f.ln_p = familywise_ln_p(gain, f.extra_parameters, tests);
         f.refused = refusal(base, f, &without, &with);
     }
@@ -113,7 +113,7 @@ impl AddingStep<'_> {
         alike.min_by_key(|&k| position(self.candidates[k].trial.card))
     }
 
-    /// [`AddingStep::choice`] of those that are significant also beside what the log leaves open of the voltage within its rows. The others are refused.
+    /// As [`AddingStep::choice`]. A candidate whose gain is not significant beside the open course of the voltage ([`part_by_noise`]) is refused, and the next one is chosen.
     pub fn choice_beside_open_course(&mut self, base: &FittedModel) -> Option<usize> {
         while let Some(chosen) = self.choice() {
             let f = &self.candidates[chosen];

@@ -88,7 +88,7 @@ impl Need {
     fn of(last: &FittedModel, less: &FittedModel) -> Self {
         let whitener = last.whitener();
         let (with, without) = (last.whitened_sums(&whitener), less.whitened_sums(&whitener));
-        let more = last.free_parameters() - less.free_parameters();
+        let more = last.free_parameters() as f64 - less.free_parameters() as f64;
         let effective_samples = with.effective_samples();
         Need { whitener, delta_bic: delta_bic(without.gain(&with), more, effective_samples), effective_samples, without }
     }
@@ -110,7 +110,7 @@ fn better_rival(last: &FittedModel, less: &FittedModel, need: &Need, rivals: &[T
         .collect();
     let better = fitted.into_iter().filter_map(|f| {
         let with = f.whitened_sums(less, &need.whitener);
-        let bic = delta_bic(need.without.gain(&with), f.extra_parameters, need.effective_samples);
+        let bic = delta_bic(need.without.gain(&with), f.extra_parameters as f64, need.effective_samples);
         let refused = refusal(less, &f, &need.without, &with).is_some();
         let worse = criteria.evidence.leaves_far_less(&last.heldout_chi2_per_n(), &f.heldout_chi2_per_n);
         (!refused && !worse && bic < need.delta_bic - criteria.evidence.min_bic_difference).then_some((f, bic))

@@ -449,9 +449,9 @@ impl WhitenedSums {
     }
 }
 
-/// BIC of a model with `parameters` more parameters minus that of the model without them: k ln n − gain.
-pub fn delta_bic(gain: f64, parameters: usize, effective_samples: f64) -> f64 {
-    parameters as f64 * effective_samples.max(2.0).ln() - gain
+/// BIC of a model with so many more parameters (fewer: negative) minus that of the model without them: k ln n − gain.
+pub fn delta_bic(gain: f64, parameters: f64, effective_samples: f64) -> f64 {
+    parameters * effective_samples.max(2.0).ln() - gain
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
-//! The evidence for an effect beside what the log leaves open of the voltage within its rows.
+//! The part of an effect's gain that the unknown course of the voltage within the rows does not explain.
 //!
-//! A gain counts the noise alone. Where the log has only means of the voltage, or means and moments, the estimates also scatter by the course within the rows,
-//! and a course that differs from the assumed one has a gain too.
+//! In: a fitted effect. Out: the part of its gain that counts. The gain takes the noise as the only error. Where the log has means of the voltage, or means and first
+//! moments, the course within the rows is open, and the estimates scatter by it as well.
 
 use drive_model::ParameterKind;
 
@@ -13,12 +13,12 @@ use crate::identify::predict::by_course;
 use crate::identify::recording_conventions::{Convention, apply};
 use crate::statistics::Extremes;
 
-/// Part of the variance of the effect's amplitude that is by the noise, for the amplitude of which it is largest; 1 where the log leaves nothing open. The gain of an effect of one amplitude is the
-/// square of its estimate over its variance, so that this part of the gain remains beside the variance by the course.
+/// σ²/(σ² + σ_course²) of the effect's amplitude: its variance by the noise over that by noise and course. The gain of an effect is the square of its amplitude over the variance, so
+/// that this part of it counts. Of several amplitudes the largest part; 1 where the log leaves nothing open.
 pub fn part_by_noise(base: &FittedModel, candidate: &FittedCandidate) -> f64 {
     let mut data = base.data_for(&candidate.trial).into_owned();
     if data.voltage_course.is_none() && base.misfit() <= MisfitClass::Invisible {
-        // Taken as constant within the rows, which no note states: beside noise alone, an effect may be what the voltage does there.
+        // The voltage was taken as constant within the rows. Where only noise is left, a small effect may be what it does there.
         apply(Convention::InputMoves, base.context.log, &mut data);
     }
     let iterate = Iterate::new(&candidate.system, &candidate.parameters, &data, &candidate.states);

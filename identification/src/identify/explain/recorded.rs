@@ -8,7 +8,7 @@ use super::criteria::MisfitClass;
 use super::fitted_model::FittedModel;
 use super::reasons::Progress;
 use super::search::search;
-use super::search_path::Search;
+use super::search_path::{Search, bic_difference};
 use crate::identify::fit::{FitError, PreparedLog};
 use crate::identify::recording_conventions::{Convention, Recording, gain};
 use crate::model::Model;
@@ -62,14 +62,14 @@ fn other_conventions(found: &Search, assumed: &[Convention], data: &PreparedLog)
     Ok((leaves_more && is_assumed).then(Vec::new))
 }
 
-/// The given model by the one further convention that makes it as likely as the found model; `None` where no effect was found or no convention does.
+/// The given model by one further convention, the best one, where it is then as likely as the model with the found effects.
 fn convention_instead<'a>(found: &Search<'a>, recording: &Recording, data: &PreparedLog<'a>) -> Option<(FittedModel<'a>, Recording)> {
     let [given, .., last] = found.models.as_slice() else { return None };
     let limit = given.context.criteria.evidence.min_bic_difference;
     let others = Convention::ALL.into_iter().filter(|other| !recording.conventions.contains(other) && !data.deadline.has_passed());
     let fitted = others.filter_map(|convention| {
         let (model, note) = given.recorded_by(convention)?;
-        let bic = bic_change(&model, last);
+        let bic = bic_difference(&model, last);
         let mut other = recording.clone();
         other.conventions.push(convention);
         other.notes.push(note);
@@ -82,15 +82,7 @@ fn convention_instead<'a>(found: &Search<'a>, recording: &Recording, data: &Prep
 fn is_as_likely(found: &Search, kept: &Search) -> bool {
     let (Some(new), Some(old)) = (found.models.last(), kept.models.last()) else { return false };
     let indistinguishable = if found.added.len() < kept.added.len() { new.context.criteria.evidence.min_bic_difference } else { 0.0 };
-    bic_change(old, new) < indistinguishable
-}
-
-/// BIC of `to` minus that of `from` on residuals that the noise of `to` whitens. The two may have different data for the same measured values.
-fn bic_change(from: &FittedModel, to: &FittedModel) -> f64 {
-    let whitener = to.whitener();
-    let (before, after) = (from.whitened_sums(&whitener), to.whitened_sums(&whitener));
-    let more_parameters = to.free_parameters() as f64 - from.free_parameters() as f64;
-    more_parameters * before.effective_samples().max(1.0).ln() - before.gain(&after)
+    bic_difference(old, new) < indistinguishable
 }
 
 /// True if the last model of `found` has a lower BIC than the last of `kept`, on the same logs.

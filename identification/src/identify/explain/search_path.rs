@@ -63,11 +63,11 @@ impl Search<'_> {
     }
 }
 
-/// BIC on whitened residuals of the `last` model minus that of the `first`, which has fewer parameters.
+/// BIC of the `last` model minus that of the `first`, on residuals that the noise of the last one whitens. The data of the two may be recorded by other conventions.
 pub fn bic_difference(first: &FittedModel, last: &FittedModel) -> f64 {
     let whitener = last.whitener();
     let (before, after) = (first.whitened_sums(&whitener), last.whitened_sums(&whitener));
-    let more = last.free_parameters().saturating_sub(first.free_parameters());
+    let more = last.free_parameters() as f64 - first.free_parameters() as f64;
     delta_bic(before.gain(&after), more, before.effective_samples())
 }
 

@@ -179,7 +179,7 @@ fn compare(base: &FittedModel, system: &System, end: &Iterate, extra_parameters:
     let significant = ln_chi_squared_tail(gain, extra_parameters as f64) + criteria.unknown.tests.ln()
         < criteria.evidence.max_familywise_p.ln()
         && without.held_out_gain(&with) > -criteria.evidence.min_bic_difference;
-    let bic = if significant { delta_bic(gain, extra_parameters, without.effective_samples()) } else { 0.0 };
+    let bic = if significant { delta_bic(gain, extra_parameters as f64, without.effective_samples()) } else { 0.0 };
     let chi2_per_n = residuals.iter().zip(&base.fit.channels).map(|(r, f)| {
         let (sum, n) = r.iter().filter(|r| r.is_finite()).fold((0.0, 0usize), |(s, n), r| (s + r * r, n + 1));
         sum / n.max(1) as f64 / (f.noise * f.noise)
