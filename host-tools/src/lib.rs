@@ -1,11 +1,7 @@
 //! The host side of the rotary stand: sessions, analyses and reports behind the command `stand`, on the library `identification`.
 //!
-<<<<<<< HEAD
 //! Layers, lowest first: [`acquire`]; the analyses [`allan`], [`calibrate`], [`compensate`], [`drift`], [`fleet`], [`observer`] and [`stability`], which return data;
-=======
-//! Layers, lowest first: [`acquire`]; the analyses [`allan`], [`calibrate`], [`compensate`], [`drift`], [`observer`] and [`stability`], which return data;
 //! [`lab`], the works of the laboratory course;
->>>>>>> lab
 //! [`report`], which makes text, HTML and JSON of them and of [`identify`]; [`panel`], which serves a page; [`command`].
 
 pub mod acquire;
@@ -14,11 +10,8 @@ pub mod calibrate;
 pub mod command;
 pub mod compensate;
 pub mod drift;
-<<<<<<< HEAD
 pub mod fleet;
-=======
 pub mod lab;
->>>>>>> lab
 pub mod observer;
 pub mod panel;
 pub mod report;

@@ -93,7 +93,7 @@ pub fn evaluate(rows: &[Row], since_us: Option<i64>) -> FleetEvaluation {
         since_us,
         logs_by_period: (count(false), count(true)),
         verdicts: counted(rows.iter().map(|row| row.verdict.clone())),
-        effects: counted(rows.iter().flat_map(|row| effects_of(row))),
+        effects: counted(rows.iter().flat_map(effects_of)),
         settings: rows.iter().map(|row| &row.settings).collect::<BTreeSet<_>>().len(),
         parameter_changes,
         finding_changes: finding_changes(&findings),
