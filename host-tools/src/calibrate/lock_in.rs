@@ -15,8 +15,11 @@ pub struct Response {
     pub re: f64,
     /// Imaginary part.
     pub im: f64,
-    /// Standard uncertainty of each part.
+    /// Standard uncertainty of each part, by noise.
     pub sigma: f64,
+    /// Standard uncertainty of the time of the samples against that of the angle, constant during the measurement, s: it turns the response and leaves its
+    /// gain.
+    pub timing_s: f64,
     /// Coherence: fraction of the sensor's power at the frequency that correlates with the motion of the platform; the noise is that of
     /// neighbouring frequencies.
     pub coherence: f64,
@@ -35,6 +38,11 @@ impl Response {
     /// Phase, rad; negative for a delayed sensor.
     pub fn phase_rad(&self) -> f64 {
         self.im.atan2(self.re)
+    }
+
+    /// Standard uncertainty across the direction of the response, by noise and by the time of the samples.
+    pub fn sigma_across(&self) -> f64 {
+        self.sigma.hypot(self.gain() * TAU * self.frequency_Hz * self.timing_s)
     }
 }
 
@@ -131,6 +139,7 @@ pub fn lock_in(t_s: &[f64], theta: &[f64], sensor: &[f64], age_s: Option<&[f64]>
         re,
         im,
         sigma,
+        timing_s: 0.0,
         coherence: output.explained,
         rate_rad_s: rate_2.sqrt(),
         mean_rad_s: mean_rate(&t_s[..rows], &theta[..rows]),

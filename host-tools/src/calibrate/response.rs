@@ -200,11 +200,11 @@ fn fit(form: Form, responses: &[Response]) -> Option<(f64, Transfer)> {
     Some((chi2, Transfer { parameters, covariance, dof, ratio: ratio.sqrt(), highest_Hz, form }))
 }
 
+/// Deviations along and across each response, over their standard uncertainties: an error of the time of the samples turns a response.
 fn residuals(form: Form, responses: &[Response], p: &[f64]) -> DVector<f64> {
     let each = responses.iter().flat_map(|r| {
-        let h = value(form, p, r.frequency_Hz);
-        let sigma = r.sigma.max(1e-12);
-        [(r.re - h.re) / sigma, (r.im - h.im) / sigma]
+        let off = (Complex::new(r.re, r.im) - value(form, p, r.frequency_Hz)) * Complex::from_polar(1.0, -r.phase_rad());
+        [off.re / r.sigma.max(1e-12), off.im / r.sigma_across().max(1e-12)]
     });
     DVector::from_iterator(2 * responses.len(), each)
 }
@@ -271,6 +271,7 @@ mod tests {
                     re: h.re + noise(k + 1.0),
                     im: h.im + noise(k + 20.5),
                     sigma,
+                    timing_s: 0.0,
                     coherence: 1.0,
                     rate_rad_s: 1.0,
                     mean_rad_s: 0.0,
@@ -325,5 +326,29 @@ mod tests {
         assert!(found.delay_s().0.abs() < 4.0 * found.delay_s().1, "{:?}", found.delay_s());
         let (zeta, u) = found.damping().unwrap();
         assert!((zeta - 0.6).abs() < 4.0 * u && u < 3e-3, "{zeta} {u}");
+    }
+
+    /// In each response the samples are late by another part of a time stamp of 25 µs.
+    #[test]
+    fn times_of_the_samples_are_covered() {
+        let (zeta, late_s, timing_s) =
+            (0.7, |k: usize, trial: usize| 25e-6 * ((k as f64 + 9.0 * trial as f64) * 0.618_034).fract(), 25e-6 / 12_f64.sqrt());
+        let truth = |f: f64| {
+            let x = f / 60.0;
+            Complex::new(1.0, 0.0) / Complex::new(1.0 - x * x, 2.0 * zeta * x)
+        };
+        let trials = 40;
+        let pulls = (0..trials).map(|trial| {
+            let mut responses = of(truth, 1e-5);
+            for (k, r) in responses.iter_mut().enumerate() {
+                let turned = Complex::new(r.re, r.im) * Complex::from_polar(1.0, -TAU * r.frequency_Hz * late_s(k, trial));
+                *r = Response { re: turned.re, im: turned.im, timing_s, ..*r };
+            }
+            let (found, u) = transfer(&responses, None).unwrap().damping().unwrap();
+            (found - zeta) / u
+        });
+        let pulls: Vec<f64> = pulls.collect();
+        let rms = (pulls.iter().map(|p| p * p).sum::<f64>() / f64::from(trials as u32)).sqrt();
+        assert!((0.3..1.3).contains(&rms), "rms of the errors over u: {rms:.2}; {pulls:.1?}");
     }
 }

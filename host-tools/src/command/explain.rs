@@ -95,9 +95,10 @@ impl Explain {
         criteria.search.engine = self.engine.into();
         self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
         self.import.apply(self.log.iter().map(PathBuf::as_path))?;
+        let folder = self.log.iter().find(|p| p.is_dir());
+        folder.map_or(Ok(()), |folder| self.check_folder_options(folder))?;
         self.record_in_labs()?;
-        if let Some(folder) = self.log.iter().find(|p| p.is_dir()) {
-            self.check_folder_options(folder)?;
+        if let Some(folder) = folder {
             if let Some(table) = &self.table {
                 return self.write_table(folder, table, &criteria);
             }

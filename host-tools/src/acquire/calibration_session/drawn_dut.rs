@@ -54,6 +54,8 @@ pub fn drawn_sensor(seed: u64, assumed: &Assumptions, full_scale_rad_s: f64) -> 
     let accel_bias = side(&mut d, 0.3);
     let delay_s = 1e-4 * d.between(0.0, 12.0).floor();
     let g_sensitivity_s_m = side(&mut d, assumed.g_sensitivity_deg_s_g.to_radians()) / STANDARD_GRAVITY_M_S2;
+    // The trim of the oscillator is good to half a step of 0.15 %.
+    let clock_error = side(&mut d, 7.5e-4);
     let imu = ImuSetup {
         gyro_scale: scale * misalignment.cos(),
         gyro_bias_rad_s: bias,
@@ -62,6 +64,7 @@ pub fn drawn_sensor(seed: u64, assumed: &Assumptions, full_scale_rad_s: f64) -> 
         chi_rad: chi_deg.to_radians(),
         accel_scale,
         accel_bias_m_s2: accel_bias,
+        clock_error,
         gyro: GyroElement {
             quadratic_s: quadratic,
             cubic_s2: cubic,

@@ -15,7 +15,9 @@ use crate::log::Log;
 use crate::statistics::Extremes;
 use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, coverage_factor};
 
-/// Step of the time stamp of the device under test, s (ISM330DHCX: DS13012, 25 µs).
+/// Step of the time stamp of the device under test, s (ISM330DHCX: DS13012, 25 µs). The board's time is compared with a time stamp that is rounded down; where the
+/// chip's oscillator advances by whole steps between such comparisons, the samples of a whole measurement are late by the same part of a step. Along a chirp
+/// this is a delay.
 const TIME_STAMP_STEP_S: f64 = 25e-6;
 
 /// Coherence below which a response is left out.
@@ -60,7 +62,9 @@ fn responses(steps: &[&Step], found: &Characteristic, settings: &GyroSettings) -
         if profile == Some("chirp") {
             responses.extend(along_chirp(log, theta, &linear, age));
         } else if let Some(frequency_Hz) = note(log, "profile_frequency_Hz") {
-            responses.extend(lock_in(t_s, &theta[from..], &linear[from..], age.map(|a| &a[from..]), frequency_Hz));
+            let response = lock_in(t_s, &theta[from..], &linear[from..], age.map(|a| &a[from..]), frequency_Hz);
+            let timing_s = age.map_or(0.0, |_| TIME_STAMP_STEP_S / 12_f64.sqrt());
+            responses.extend(response.map(|r| Response { timing_s, ..r }));
         }
     }
     responses.retain(|r| r.coherence > MIN_COHERENCE);
@@ -151,6 +155,7 @@ fn piece_response(t_s: &[f64], theta: &[f64], output: &[f64], age: Option<&[f64]
         re: h.re,
         im: h.im,
         sigma: (variance * s2 / determinant).sqrt(),
+        timing_s: 0.0,
         coherence: 1.0 - residual / all,
         rate_rad_s: (s0 / blocks as f64).sqrt(),
         mean_rad_s: mean_rate(t_s, theta),
@@ -223,7 +228,7 @@ fn dynamic_scale(
 /// of the step.
 fn frequency_point(r: &Response, h: &Transfer, characteristic: &Characteristic) -> FrequencyPoint {
     let (slope, _) = characteristic.slope_at(r.mean_rad_s, r.rate_rad_s);
-    let u = r.sigma * h.ratio.max(1.0);
+    let [u, u_across] = [r.sigma, r.sigma_across()].map(|u| u * h.ratio.max(1.0));
     let k = coverage_factor(h.dof, COVERAGE_PROBABILITY);
     FrequencyPoint {
         frequency_Hz: r.frequency_Hz,
@@ -232,7 +237,7 @@ fn frequency_point(r: &Response, h: &Transfer, characteristic: &Characteristic) 
         gain: r.gain() * slope,
         gain_U: k * u * slope.abs(),
         phase_deg: r.phase_rad().to_degrees(),
-        phase_U_deg: (k * u / r.gain()).to_degrees(),
+        phase_U_deg: (k * u_across / r.gain()).to_degrees(),
     }
 }
 
