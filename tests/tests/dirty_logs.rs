@@ -56,7 +56,7 @@ fn what_the_voltage_may_do_within_slow_rows_is_no_effect() {
 /// A voltage that moves within the rows explains as much as an effect, and no note excludes it.
 #[test]
 fn another_way_of_recording_is_preferred_to_an_effect() {
-    let e = answer("nulls/voltage/multi-step/7107", Dirt::SlowMean);
+    let e = answer("nulls/voltage/multi-step/9038", Dirt::SlowMean);
     assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{:?}", e.missing);
     let moves = |r: &Remark| matches!(r, Remark::Preparation(PreparationNote::AssumedToMove { column: "u_V" }));
     assert!(e.remarks.iter().any(moves), "{:?}", e.remarks);
