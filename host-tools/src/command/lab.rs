@@ -139,7 +139,9 @@ impl From<LabError> for CliError {
             | LabError::OncePerTurnReference
             | LabError::Observer(_)
             | LabError::ObserverReference(_) => CliError::Other(error.to_string()),
-            LabError::Unknown { .. } | LabError::Invalid { .. } | LabError::Argument(_) => CliError::Input(error.to_string()),
+            LabError::Unknown { .. } | LabError::Invalid { .. } | LabError::Argument(_) | LabError::ExplainedTooEarly { .. } => {
+                CliError::Input(error.to_string())
+            }
         }
     }
 }
