@@ -13,8 +13,8 @@ use std::path::Path;
 use host_tools::identify::explain::{Criteria, Explanation, Verdict};
 use host_tools::identify::explain_logs::{LogExplanation, explain_together};
 use host_tools::lab::answers::{ANSWERS_FILE, Answers, HuntAnswer, NONE, QuantityAnswer, UNKNOWN, class_of};
-use host_tools::lab::archive::write_archive;
-use host_tools::lab::check::check;
+use host_tools::lab::archive::{MAX_OWN_FILE_BYTES, own_files, write_archive};
+use host_tools::lab::check::{check, check_explain};
 use host_tools::lab::course::{Lab, Language, works};
 use host_tools::lab::grade::{Grade, Objection, files_of, grade};
 use host_tools::lab::journal::{JOURNAL_FILE, Journal, record_explained};
@@ -55,6 +55,11 @@ fn in_words(answers: &mut Answers) {
     answers.conclusion = "a conclusion".to_owned();
 }
 
+/// An answer with a budget.
+fn filled(answer: &QuantityAnswer) -> QuantityAnswer {
+    QuantityAnswer { budget: "type A and type B".to_owned(), ..answer.clone() }
+}
+
 /// Fills the values of the scripted student in; `u_factor` enlarges their uncertainties.
 fn measure(work: &Path, lab: &str, u_factor: f64) {
     let mut given = answers(work);
@@ -67,7 +72,7 @@ fn measure(work: &Path, lab: &str, u_factor: f64) {
     };
     for (name, (value, expanded_u)) in values {
         if let Some(answer) = given.quantities.get_mut(&name) {
-            *answer = QuantityAnswer { value, expanded_u: u_factor * expanded_u, unit: answer.unit.clone() };
+            *answer = QuantityAnswer { value, expanded_u: u_factor * expanded_u, ..filled(answer) };
         }
     }
     write(work, &given);
@@ -182,9 +187,9 @@ fn honest_student_of_observers_meets_the_criteria() {
     honest_student_meets_the_criteria("observers");
 }
 
-/// Each work with quantities, one attempt: an uncertainty above the limit, and the logs of another student.
+/// Each work with quantities, one attempt: an uncertainty above the limit, the right values with a tiny uncertainty, and the logs of another student.
 #[test]
-fn huge_uncertainty_and_copied_logs_fail_each_measurement() {
+fn huge_and_tiny_uncertainty_and_copied_logs_fail_each_measurement() {
     for lab in works().unwrap().into_iter().filter(|lab| lab.hunt().is_none()) {
         let (folder, key) = started(lab.id, "cheat", 1);
         let work = folder.path().join("work");
@@ -192,6 +197,13 @@ fn huge_uncertainty_and_copied_logs_fail_each_measurement() {
         assert!(check(&work).unwrap().complete, "a check does not look at sizes");
         let wide = graded(&work, &key);
         assert!(!wide.criteria_met && wide.quantities.iter().all(|q| q.mark == Mark::UncertaintyTooLarge), "{}: {wide:?}", lab.id);
+
+        let (tiny_folder, tiny_key) = started(lab.id, "cheat", 2);
+        let tiny_work = tiny_folder.path().join("work");
+        measure(&tiny_work, lab.id, 1e-6);
+        assert!(check(&tiny_work).unwrap().complete);
+        let tiny = graded(&tiny_work, &tiny_key);
+        assert!(!tiny.criteria_met && tiny.quantities.iter().all(|q| q.mark == Mark::UncertaintyTooSmall), "{}: {tiny:?}", lab.id);
 
         let (honest, _) = started(lab.id, "honest", 1);
         for entry in std::fs::read_dir(honest.path().join("work").join(LOGS_FOLDER)).unwrap() {
@@ -230,7 +242,7 @@ fn answers_changed_after_the_truth_was_shown_do_not_count() {
     let mut wrong = answers(&work);
     in_words(&mut wrong);
     for answer in wrong.quantities.values_mut() {
-        *answer = QuantityAnswer { value: 7.0, expanded_u: 1e-3, unit: answer.unit.clone() };
+        *answer = QuantityAnswer { value: 7.0, expanded_u: 1e-3, ..filled(answer) };
     }
     write(&work, &wrong);
     check(&work).unwrap();
@@ -257,6 +269,38 @@ fn always_none_and_explain_first_fail_the_hunt() {
     assert_eq!(grade.objections, [Objection::ExplainedFirst { log: "A.parquet".to_owned() }]);
     let hunt = grade.hunt.unwrap();
     assert!(hunt.mean_score >= hunt.max_score && !grade.criteria_met, "{hunt:?}");
+}
+
+#[test]
+fn explain_is_refused_until_the_own_answers_are_recorded() {
+    let (folder, _) = started("hunt", "anna", 1);
+    let work = folder.path().join("work");
+    let log = work.join(LOGS_FOLDER).join("A.parquet");
+    let refused = check_explain(&log).unwrap_err().to_string();
+    assert!(refused.contains("`hunt`") && refused.contains("stand lab check"), "{refused}");
+    assert!(!check(&work).unwrap().before_complete);
+    assert!(check_explain(&log).is_err());
+    guess(&work);
+    assert!(check(&work).unwrap().before_complete);
+    check_explain(&log).unwrap();
+    check_explain(&folder.path().join("elsewhere.parquet")).unwrap();
+}
+
+#[test]
+fn archive_has_small_own_files_and_no_links() {
+    let (folder, _) = started("accelerometer", "anna", 1);
+    let work = folder.path().join("work");
+    std::fs::create_dir(work.join("plots")).unwrap();
+    for (name, size) in
+        [("fit.py", 100), ("plots/a.png", 100), ("outer.csv", MAX_OWN_FILE_BYTES as usize + 1), ("old.zip", 10), (".hidden", 10)]
+    {
+        std::fs::write(work.join(name), vec![b' '; size]).unwrap();
+    }
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(folder.path().join("teacher.key"), work.join("link.txt")).unwrap();
+    let names = files_of(&work, &Journal::read(&work).unwrap().unwrap());
+    let own = own_files(&work, &names).unwrap();
+    assert_eq!((own.names, own.left_out), (vec!["fit.py".to_owned(), "plots/a.png".to_owned()], vec!["outer.csv".to_owned()]));
 }
 
 #[test]

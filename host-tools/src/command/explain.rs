@@ -16,6 +16,7 @@ use crate::fleet::session::logs_of;
 use crate::fleet::{IdentityTable, Session, Settings};
 use crate::identify::explain::{Criteria, Engine, Explanation, Verdict};
 use crate::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together, logs_in};
+use crate::lab::check::check_explain;
 use crate::lab::journal::record_explained;
 use crate::model::Model;
 use crate::report;
@@ -119,16 +120,22 @@ impl Explain {
         }
     }
 
-    /// Records the explanation in the journal of the laboratory work to which a log belongs.
+    /// Records the explanation in the journal of the laboratory work to which a log belongs; refuses it where the work asks for the student's own answers first.
     fn record_in_labs(&self) -> Result<(), CliError> {
+        let mut logs = Vec::new();
         for path in &self.log {
-            if path.is_dir() {
-                logs_in(path)?.iter().try_for_each(|log| record_explained(log))?;
+            if !path.is_dir() {
+                logs.push(path.clone());
+            } else if self.table.is_some() {
+                // A table has the logs of all subfolders.
+                let found = logs_of(std::slice::from_ref(path)).map_err(|error| CliError::file(path, "read the folder", &error))?;
+                logs.extend(found.into_iter().map(PathBuf::from));
             } else {
-                record_explained(path)?;
+                logs.extend(logs_in(path)?);
             }
         }
-        Ok(())
+        logs.iter().try_for_each(|log| check_explain(log))?;
+        Ok(logs.iter().try_for_each(|log| record_explained(log))?)
     }
 
     /// A folder excludes further logs, and the options of a single result.

@@ -9,7 +9,7 @@ use super::error::CliError;
 use super::output::{JsonOutput, progress_bar, write};
 use super::signals::Interrupts;
 use crate::lab::LabError;
-use crate::lab::archive::write_archive;
+use crate::lab::archive::{own_files, write_archive};
 use crate::lab::check::{check, read_answers};
 use crate::lab::course::{Lab, Language, works};
 use crate::lab::grade::{files_of, grade};
@@ -32,7 +32,7 @@ pub(super) enum LabCommand {
     Check(Check),
     /// Write the report of a work for print, and an archive of its files
     Report(Report),
-    /// Judge a work: replay of its measurement, journal, values with their uncertainties
+    /// Judge a work: replay of its measurement, journal, values with their uncertainties. It shows the true values: answers changed later do not count
     Grade(Grade),
 }
 
@@ -97,14 +97,14 @@ pub(super) struct Report {
     /// Write the report: one HTML file that prints
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Write an archive of logs, journal, answers and report
+    /// Write an archive of logs, journal, answers, report, and own files of the folder (up to 2 MiB each, 20 MiB in all)
     #[arg(long, value_name = "FILE")]
     zip: Option<PathBuf>,
     #[command(flatten)]
     json: JsonOutput,
 }
 
-/// Judge a work: replay of its measurement, journal, values with their uncertainties
+/// Judge a work: replay of its measurement, journal, values with their uncertainties. It shows the true values: answers changed later do not count
 #[derive(Debug, Args)]
 pub(super) struct Grade {
     /// The work folder
@@ -139,7 +139,9 @@ impl From<LabError> for CliError {
             | LabError::OncePerTurnReference
             | LabError::Observer(_)
             | LabError::ObserverReference(_) => CliError::Other(error.to_string()),
-            LabError::Unknown { .. } | LabError::Invalid { .. } | LabError::Argument(_) => CliError::Input(error.to_string()),
+            LabError::Unknown { .. } | LabError::Invalid { .. } | LabError::Argument(_) | LabError::ExplainedTooEarly { .. } => {
+                CliError::Input(error.to_string())
+            }
         }
     }
 }
@@ -209,8 +211,9 @@ impl Start {
 impl Check {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
+        let work = Work::read(&self.folder)?;
         let checked = check(&self.folder)?;
-        self.json.text(&report::checked_text(&checked))?;
+        self.json.text(&report::checked_text(&checked, &work.lab()?, work.language))?;
         self.json.json(|| report::checked_json(&checked))
     }
 }
@@ -229,7 +232,11 @@ impl Report {
             let whole = journal.as_ref().map_err(|error| CliError::in_file(&self.folder, error))?;
             let text = serde_json::to_string_pretty(&json).map_err(|e| CliError::Other(e.to_string()))?;
             let further = [("report.html", page), ("report.json", format!("{text}\n"))];
-            write_archive(path, &self.folder, &files_of(&self.folder, whole), &further)?;
+            let mut names = files_of(&self.folder, whole);
+            let own = own_files(&self.folder, &names)?;
+            self.json.text(&report::archive_text(&own, work.language))?;
+            names.extend(own.names);
+            write_archive(path, &self.folder, &names, &further)?;
         }
         self.json.json(|| json)
     }

@@ -30,6 +30,9 @@ pub struct QuantityAnswer {
     pub expanded_u: f64,
     /// Unit of both.
     pub unit: String,
+    /// Uncertainty budget, as text: the contributions and how they are combined.
+    #[serde(default)]
+    pub budget: String,
 }
 
 /// Probabilities for one log.
@@ -100,6 +103,14 @@ pub enum AnswerProblem {
         /// The class.
         class: String,
     },
+    /// A class that the given model contains, so that no log can lack it.
+    #[error("{entry}: `{class}` is part of the given model (model.toml) already; only what the model lacks has a probability")]
+    InModel {
+        /// The entry.
+        entry: String,
+        /// The class.
+        class: String,
+    },
     /// Two effects of one family, which count as one class.
     #[error("{entry}: `{class}` belongs to the family `{family}`, which is listed already; give one probability for the family")]
     SameFamily {
@@ -147,6 +158,7 @@ impl AnswerProblem {
             | Self::Unit { entry, .. }
             | Self::Unasked { entry }
             | Self::Class { entry, .. }
+            | Self::InModel { entry, .. }
             | Self::SameFamily { entry, .. }
             | Self::Probability { entry, .. }
             | Self::NoneBeside { entry, .. }
@@ -174,7 +186,8 @@ pub fn by_class(probabilities: &BTreeMap<String, f64>) -> BTreeMap<String, f64> 
     probabilities.iter().filter_map(|(word, p)| class_named(word).map(|class| (class.to_owned(), *p))).collect()
 }
 
-fn check_probabilities(entry: &str, probabilities: &BTreeMap<String, f64>, problems: &mut Vec<AnswerProblem>) {
+/// Checks the probabilities of one log; `in_model`: the effects of the given model.
+fn check_probabilities(entry: &str, probabilities: &BTreeMap<String, f64>, in_model: &[&str], problems: &mut Vec<AnswerProblem>) {
     let entry = || entry.to_owned();
     if probabilities.is_empty() {
         problems.push(AnswerProblem::Empty { entry: entry() });
@@ -185,6 +198,9 @@ fn check_probabilities(entry: &str, probabilities: &BTreeMap<String, f64>, probl
     for (word, p) in probabilities {
         match class_named(word) {
             None => problems.push(AnswerProblem::Class { entry: entry(), class: word.clone() }),
+            Some(_) if in_model.contains(&word.as_str()) => {
+                problems.push(AnswerProblem::InModel { entry: entry(), class: word.clone() });
+            }
             Some(class) if !seen.insert(class) => {
                 problems.push(AnswerProblem::SameFamily { entry: entry(), class: word.clone(), family: class.to_owned() });
             }
@@ -226,19 +242,35 @@ fn check_quantities(answers: &Answers, quantities: &[QuantitySpec], problems: &m
         if given.expanded_u <= 0.0 || given.expanded_u.is_infinite() {
             problems.push(AnswerProblem::NotPositive { entry: entry(".U"), value: given.expanded_u });
         }
+        if given.budget.trim().is_empty() {
+            problems.push(AnswerProblem::Empty { entry: entry(".budget") });
+        }
         if given.unit != asked.unit {
             problems.push(AnswerProblem::Unit { entry: entry(".unit"), unit: given.unit.clone(), expected: asked.unit.clone() });
         }
     }
 }
 
+/// Whether a line of the table has a number with a decimal comma: a digit, a comma and a digit outside of quotation marks.
+fn has_decimal_comma(line: &str) -> bool {
+    let content = line.split(['#', '"']).next().unwrap_or_default();
+    content.contains('=') && content.as_bytes().windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit())
+}
+
 impl Answers {
     /// Parses the text of `answers.toml`.
     ///
     /// # Errors
-    /// The error of the TOML parser, with its line.
+    /// The error of the TOML parser, with its line, and a hint where that line has a decimal comma.
     pub fn parse(text: &str) -> Result<Self, String> {
-        toml::from_str(text).map_err(|e| e.to_string().trim_end().to_owned())
+        toml::from_str(text).map_err(|error: toml::de::Error| {
+            let message = error.to_string().trim_end().to_owned();
+            let start = error.span().map_or(0, |span| span.start);
+            let number = text.bytes().take(start).filter(|byte| *byte == b'\n').count();
+            // The parser may report the line after the one that it could not end.
+            let has_comma = text.lines().skip(number.saturating_sub(1)).take(2).any(has_decimal_comma);
+            if has_comma { format!("{message}\nuse a decimal point, not a decimal comma: 0.0234") } else { message }
+        })
     }
 
     /// What is missing or malformed of the answers of a time. After the measurement all answers are asked.
@@ -254,7 +286,7 @@ impl Answers {
             check_quantities(self, lab.quantities(), &mut problems);
         }
         if let Some(task) = lab.hunt() {
-            self.check_hunt(task, when, &mut problems);
+            self.check_hunt(task, &lab.effects_in_model(), when, &mut problems);
         }
         if when == When::After && self.conclusion.trim().is_empty() {
             problems.push(AnswerProblem::Empty { entry: "conclusion".to_owned() });
@@ -272,16 +304,16 @@ impl Answers {
         problems
     }
 
-    fn check_hunt(&self, task: &HuntTask, when: When, problems: &mut Vec<AnswerProblem>) {
+    fn check_hunt(&self, task: &HuntTask, in_model: &[&str], when: When, problems: &mut Vec<AnswerProblem>) {
         let empty = HuntAnswer::default();
         for log in &task.logs {
             let given = self.hunt.get(log).unwrap_or(&empty);
-            check_probabilities(&format!("hunt.{log}.before"), &given.before, problems);
+            check_probabilities(&format!("hunt.{log}.before"), &given.before, in_model, problems);
             if given.reason.trim().is_empty() {
                 problems.push(AnswerProblem::Empty { entry: format!("hunt.{log}.reason") });
             }
             if when == When::After {
-                check_probabilities(&format!("hunt.{log}.after"), &given.after, problems);
+                check_probabilities(&format!("hunt.{log}.after"), &given.after, in_model, problems);
             }
         }
     }
@@ -312,8 +344,12 @@ pub fn empty_table(lab: &Lab, language: Language) -> String {
         None => {
             line("");
             line(comment(
-                "# Measured values. U: expanded uncertainty, coverage probability 95 %. nan: not filled in.",
-                "# Виміряні значення. U — розширена невизначеність, імовірність охоплення 95 %. nan — не заповнено.",
+                "# Measured values, with a decimal point. U: expanded uncertainty, coverage probability 95 %. nan: not filled in.",
+                "# Виміряні значення, з десятковою крапкою. U — розширена невизначеність, імовірність охоплення 95 %. nan — не заповнено.",
+            ));
+            line(comment(
+                "# budget: contributions (type A, type B with half-widths), and the coverage factor. Several lines stand between three quotation marks.",
+                "# budget — складові (тип A, тип B з півширинами) і коефіцієнт охоплення. Кілька рядків беруть у потрійні лапки \"\"\".",
             ));
             for quantity in lab.quantities() {
                 line("");
@@ -321,6 +357,7 @@ pub fn empty_table(lab: &Lab, language: Language) -> String {
                 line("value = nan");
                 line("U = nan");
                 line(&format!("unit = \"{}\"", quantity.unit));
+                line("budget = \"\"");
             }
         }
         Some(task) => {
@@ -328,6 +365,14 @@ pub fn empty_table(lab: &Lab, language: Language) -> String {
             line(comment(
                 "# Probability that each is present, 0 to 1: effects by their names in `stand effects`, none, unknown. What is not listed has 0.",
                 "# Імовірність присутності кожного, від 0 до 1: ефекти за назвами зі `stand effects`, none, unknown. Не назване має 0.",
+            ));
+            line(comment(
+                "# Their sum is 1 or more, because one class at least is present; more than 1 where you expect two effects. none and any other class sum to 1 at most.",
+                "# Їхня сума — 1 або більше, бо принаймні один клас присутній; понад 1, якщо ви очікуєте двох ефектів. none разом із будь-яким іншим класом — не більш як 1.",
+            ));
+            line(comment(
+                "# Effects of the given model (viscous, coulomb, inductance) are not hidden and have no probability.",
+                "# Ефекти заданої моделі (viscous, coulomb, inductance) не сховані й імовірності не мають.",
             ));
             line(comment(
                 "# Example: before = { cogging = 0.6, torque-ripple = 0.3, none = 0.1 }",
@@ -352,8 +397,17 @@ mod tests {
     fn probabilities(text: &str) -> Vec<AnswerProblem> {
         let answer: HuntAnswer = toml::from_str(&format!("before = {text}")).expect("a table");
         let mut problems = Vec::new();
-        check_probabilities("A", &answer.before, &mut problems);
+        check_probabilities("A", &answer.before, &["viscous"], &mut problems);
         problems
+    }
+
+    #[test]
+    fn decimal_comma_is_named() {
+        let table = |line: &str| Answers::parse(&format!("conclusion = \"1,5\"\n[quantities.scale]\n{line}\nU = 0.1\nunit = \"1\"\n"));
+        assert!(table("value = 1,02").expect_err("no number").contains("use a decimal point"));
+        assert!(!table("value = 1.o2").expect_err("no number").contains("decimal point"));
+        let hunt = Answers::parse("[hunt.A]\nbefore = { cogging = 0,6, none = 0,4 }\n").expect_err("no numbers");
+        assert!(hunt.contains("use a decimal point"), "{hunt}");
     }
 
     #[test]
@@ -385,6 +439,7 @@ mod tests {
         assert!(matches!(probabilities("{ load = 0.2 }")[..], [AnswerProblem::TooLittle { .. }]));
         assert!(matches!(probabilities("{ none = 1.2 }")[..], [AnswerProblem::Probability { .. }]));
         assert!(matches!(probabilities("{ load = nan, none = 1.0 }")[..], [AnswerProblem::Probability { .. }]));
+        assert!(matches!(probabilities("{ viscous = 0.5, none = 0.5 }")[..], [AnswerProblem::InModel { .. }]));
         assert!(matches!(probabilities("{ brush-drop = 0.5, dead-time = 0.5 }")[..], [AnswerProblem::SameFamily { .. }]));
     }
 

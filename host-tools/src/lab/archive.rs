@@ -1,4 +1,4 @@
-//! Archive of a work: one zip file with logs, journal, answers and the report.
+//! Archive of a work: one zip file with logs, journal, answers, the report, and the student's own files (scripts, plots) up to a size.
 
 use std::io::{Cursor, Write};
 use std::path::Path;
@@ -9,6 +9,62 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 use super::LabError;
 use super::work::path_in;
 use crate::files;
+
+/// Greatest size of one of the student's own files, bytes: scripts and plots; converted logs are ten times larger and can be made again.
+pub const MAX_OWN_FILE_BYTES: u64 = 2 << 20;
+/// Greatest size of all of them, bytes, and their greatest number.
+pub const MAX_OWN_BYTES: u64 = 20 << 20;
+const MAX_OWN_FILES: usize = 200;
+/// Depth of folders that are searched for them.
+const MAX_DEPTH: usize = 3;
+/// Files that the archive gets anew.
+const REPORTS: [&str; 2] = ["report.html", "report.json"];
+
+/// The student's own files of a work folder.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct OwnFiles {
+    /// Those of the archive, by their paths in the folder.
+    pub names: Vec<String>,
+    /// Those that are too large, or one too many.
+    pub left_out: Vec<String>,
+}
+
+/// The student's own files in `folder`: regular files apart from `names`, archives, keys, hidden files and links, which may point out of the folder.
+///
+/// # Errors
+/// A folder cannot be read.
+pub fn own_files(folder: &Path, names: &[String]) -> Result<OwnFiles, LabError> {
+    let (mut found, mut bytes) = (OwnFiles::default(), 0);
+    let mut folders = vec![(String::new(), 0)];
+    while let Some((prefix, depth)) = folders.pop() {
+        let path = if prefix.is_empty() { folder.to_owned() } else { path_in(folder, prefix.trim_end_matches('/')) };
+        let failed = |source| LabError::file(&path, "read", source);
+        let mut entries = std::fs::read_dir(&path).map_err(failed)?.collect::<Result<Vec<_>, _>>().map_err(failed)?;
+        entries.sort_by_key(std::fs::DirEntry::file_name);
+        for entry in entries {
+            let file_name = entry.file_name();
+            let Some(file_name) = file_name.to_str().filter(|name| !name.starts_with('.') && !name.contains('\\')) else { continue };
+            let name = format!("{prefix}{file_name}");
+            // Of the entry itself, not of the target of a link.
+            let metadata = entry.metadata().map_err(failed)?;
+            if metadata.is_dir() && depth < MAX_DEPTH {
+                folders.push((format!("{name}/"), depth + 1));
+            }
+            let is_other = Path::new(file_name).extension().is_some_and(|ending| ending == "zip" || ending == "key");
+            if !metadata.is_file() || is_other || names.contains(&name) || REPORTS.contains(&name.as_str()) {
+                continue;
+            }
+            let size = metadata.len();
+            if size > MAX_OWN_FILE_BYTES || bytes + size > MAX_OWN_BYTES || found.names.len() == MAX_OWN_FILES {
+                found.left_out.push(name);
+            } else {
+                bytes += size;
+                found.names.push(name);
+            }
+        }
+    }
+    Ok(found)
+}
 
 /// Writes the files `names` of the work folder and `further` texts (name, content) into a zip file at `path`.
 ///

@@ -302,6 +302,13 @@ impl Lab {
         Ok(PreparedSession::new(Some(self.files.data), device, SessionChanges::default())?)
     }
 
+    /// The effects of the model of a [`Task::Hunt`]; empty for other works.
+    pub fn effects_in_model(&self) -> Vec<&'static str> {
+        // A test excludes an invalid model.
+        let model = self.hunt().and_then(|_| crate::model::Model::parse(self.model(), "model.toml").ok());
+        model.map_or_else(Vec::new, |model| model.effects().iter().map(|effect| effect.card.id).collect())
+    }
+
     /// The model file of a [`Task::Hunt`].
     pub fn model(&self) -> &'static str {
         self.files.data
@@ -377,6 +384,21 @@ mod tests {
             assert_eq!(count(en, "#"), count(uk, "#"), "{}", lab.id);
             assert_eq!(commands(en), commands(uk), "{}", lab.id);
             assert!(!commands(en).is_empty());
+        }
+    }
+
+    /// The instructions of the hunt list each family of several effects in one row with all its members.
+    #[test]
+    fn instructions_of_the_hunt_list_the_families_of_the_cards() {
+        let lab = Lab::find("hunt").expect("the hunt");
+        for language in [Language::En, Language::Uk] {
+            for card in drive_model::cards().iter().filter(|card| !card.family.is_empty()) {
+                let members: Vec<&str> = drive_model::cards().iter().filter(|c| c.family == card.family).map(|c| c.id).collect();
+                let begin = format!("| `{}` |", card.family);
+                let row = lab.instructions(language).lines().find(|line| line.starts_with(&begin)).unwrap_or_default();
+                let is_listed = members.iter().all(|id| row.contains(&format!("`{id}`")));
+                assert!(members.len() == 1 || is_listed, "{language:?} {}: {members:?}", card.family);
+            }
         }
     }
 }

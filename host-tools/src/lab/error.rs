@@ -47,6 +47,19 @@ pub enum LabError {
     /// An argument is wrong.
     #[error("{0}")]
     Argument(String),
+    /// `stand explain` on a log of a hunt before the student's own answers.
+    #[error(
+        "{}: this log belongs to the work `{lab}`, whose own answers are not recorded yet; nothing was explained or recorded. Fill in `before` and `reason` of every log and the questions before the measurement in {}, run `stand lab check {}` until it says that the answers before the measurement are complete, then run this command again",
+        log.display(), folder.join(super::answers::ANSWERS_FILE).display(), folder.display()
+    )]
+    ExplainedTooEarly {
+        /// The log.
+        log: PathBuf,
+        /// Identifier of the work.
+        lab: String,
+        /// The work folder.
+        folder: PathBuf,
+    },
     /// The definition of a work is wrong: an error of this program, which a test excludes.
     #[error("the work `{lab}` is defined wrongly: {message}")]
     Definition {

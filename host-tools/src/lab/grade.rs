@@ -211,7 +211,6 @@ fn judge_quantities(lab: &Lab, answers: &Answers, truth: &BTreeMap<String, f64>,
         let true_value = *truth.get(&asked.name).ok_or_else(missing)?;
         let given = answers.quantities.get(&asked.name);
         let (value, expanded_u) = given.map_or((f64::NAN, f64::NAN), |given| (given.value, given.expanded_u));
-        let error = normalized_error(value, expanded_u, true_value, reference_u);
         judged.push(JudgedQuantity {
             name: asked.name.clone(),
             unit: asked.unit.clone(),
@@ -219,9 +218,10 @@ fn judge_quantities(lab: &Lab, answers: &Answers, truth: &BTreeMap<String, f64>,
             expanded_u,
             reference: true_value,
             reference_u,
-            normalized_error: error,
+            normalized_error: normalized_error(value, expanded_u, true_value, reference_u),
             u_limit: MAX_UNCERTAINTY_RATIO * reference_u,
-            mark: mark(error, expanded_u, reference_u),
+            error_ratio: (value - true_value).abs() / expanded_u,
+            mark: mark((value, expanded_u), (true_value, reference_u)),
         });
     }
     Ok(judged)

@@ -10,6 +10,10 @@ pub const MAX_GOOD_ERROR: f64 = 1.0;
 pub const MAX_REPEATED_ERROR: f64 = 1.5;
 /// Greatest uncertainty as a multiple of that of the reference procedure on the same logs: otherwise a huge U would agree with everything.
 pub const MAX_UNCERTAINTY_RATIO: f64 = 2.0;
+/// Greatest error as a multiple of the student's own U: otherwise a tiny U would be without consequence, because U_ref in the denominator of E_n stays. The true
+/// value is exact, so that the error tests the stated U: beyond 2 U are 6e-5 of Gaussian errors with k = 2, and no error of a rectangle. With E_n ≤ 1 this
+/// concerns only U < U_ref/√3, so that a better evaluation than the reference procedure may state its smaller U.
+pub const MAX_ERROR_RATIO: f64 = 2.0;
 
 /// Judgement of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -23,6 +27,10 @@ pub enum Mark {
     Wrong,
     /// The uncertainty is above its limit, whatever the value.
     UncertaintyTooLarge,
+    /// The uncertainty does not cover the error, although the value is near the reference.
+    UncertaintyTooSmall,
+    /// No value, or no uncertainty.
+    NotFilledIn,
 }
 
 /// A judged value.
@@ -47,6 +55,8 @@ pub struct JudgedQuantity {
     /// Greatest permitted U.
     #[serde(rename = "U_limit")]
     pub u_limit: f64,
+    /// |x − X|/U.
+    pub error_ratio: f64,
     /// The judgement.
     pub mark: Mark,
 }
@@ -56,16 +66,21 @@ pub fn normalized_error(value: f64, expanded_u: f64, reference: f64, reference_u
     (value - reference).abs() / expanded_u.hypot(reference_u)
 }
 
-/// The mark of a value with this normalised error.
-pub fn mark(normalized_error: f64, expanded_u: f64, reference_u: f64) -> Mark {
-    if expanded_u.is_nan() || expanded_u > MAX_UNCERTAINTY_RATIO * reference_u {
+/// The mark of a value `value` ± `expanded_u` beside the true value `reference` and the uncertainty of the reference procedure.
+pub fn mark((value, expanded_u): (f64, f64), (reference, reference_u): (f64, f64)) -> Mark {
+    let error = normalized_error(value, expanded_u, reference, reference_u);
+    if error.is_nan() || expanded_u.is_nan() {
+        Mark::NotFilledIn
+    } else if expanded_u > MAX_UNCERTAINTY_RATIO * reference_u {
         Mark::UncertaintyTooLarge
-    } else if normalized_error <= MAX_GOOD_ERROR {
-        Mark::Good
-    } else if normalized_error <= MAX_REPEATED_ERROR {
-        Mark::Repeat
-    } else {
+    } else if error > MAX_REPEATED_ERROR {
         Mark::Wrong
+    } else if error > MAX_GOOD_ERROR {
+        Mark::Repeat
+    } else if (value - reference).abs() > MAX_ERROR_RATIO * expanded_u {
+        Mark::UncertaintyTooSmall
+    } else {
+        Mark::Good
     }
 }
 
@@ -98,18 +113,41 @@ mod tests {
 
     #[test]
     fn marks_change_at_one_and_one_and_a_half() {
-        assert_eq!(mark(1.0, 1.0, 1.0), Mark::Good);
-        assert_eq!(mark(1.001, 1.0, 1.0), Mark::Repeat);
-        assert_eq!(mark(1.5, 1.0, 1.0), Mark::Repeat);
-        assert_eq!(mark(1.501, 1.0, 1.0), Mark::Wrong);
+        // U = 3 and U_ref = 4: the denominator is 5.
+        let of_error = |error: f64| mark((10.0 + error, 3.0), (10.0, 4.0));
+        assert_eq!([5.0, 5.01, 7.5, 7.51].map(of_error), [Mark::Good, Mark::Repeat, Mark::Repeat, Mark::Wrong]);
     }
 
     #[test]
     fn huge_uncertainty_does_not_win() {
-        assert_eq!(mark(normalized_error(7.0, 100.0, 5.0, 0.1), 100.0, 0.1), Mark::UncertaintyTooLarge);
-        assert_eq!(mark(0.0, 0.2, 0.1), Mark::Good);
-        assert_eq!(mark(0.0, 0.2001, 0.1), Mark::UncertaintyTooLarge);
-        assert_eq!(mark(0.0, f64::NAN, 0.1), Mark::UncertaintyTooLarge);
+        assert_eq!(mark((7.0, 100.0), (5.0, 0.1)), Mark::UncertaintyTooLarge);
+        assert_eq!(mark((5.0, 0.2), (5.0, 0.1)), Mark::Good);
+        assert_eq!(mark((5.0, 0.2001), (5.0, 0.1)), Mark::UncertaintyTooLarge);
+    }
+
+    #[test]
+    fn tiny_uncertainty_does_not_win() {
+        assert_eq!(mark((5.01, 1e-9), (5.0, 0.1)), Mark::UncertaintyTooSmall);
+        assert_eq!(mark((5.01, 0.0051), (5.0, 0.1)), Mark::Good, "a small U that covers the error is a better evaluation");
+        assert_eq!(mark((6.0, 1e-9), (5.0, 0.1)), Mark::Wrong);
+    }
+
+    /// From U_ref/√3 on, E_n ≤ 1 implies an error within 2 U.
+    #[test]
+    fn own_uncertainty_limits_the_error_only_below_the_reference() {
+        let limit = 1.0 / 3_f64.sqrt();
+        for (factor, expected) in [(1.001, Mark::Good), (0.99, Mark::UncertaintyTooSmall)] {
+            let u = factor * limit;
+            let error = 0.9999 * u.hypot(1.0);
+            assert_eq!(mark((error, u), (0.0, 1.0)), expected, "{factor}");
+        }
+    }
+
+    #[test]
+    fn empty_answer_is_not_filled_in() {
+        for given in [(f64::NAN, 0.1), (5.0, f64::NAN), (f64::NAN, f64::NAN)] {
+            assert_eq!(mark(given, (5.0, 0.1)), Mark::NotFilledIn);
+        }
     }
 
     #[test]

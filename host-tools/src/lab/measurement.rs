@@ -67,6 +67,9 @@ fn drawn(key: &Key, attempt: &Attempt, prepared: &PreparedSession) -> (Stand, BT
         DutKind::Drive => drawn_drive(seed, assumed),
         DutKind::Gyro | DutKind::Accel => {
             let (sensor, truth) = drawn_sensor(seed, assumed, prepared.session.full_scale_rad_s.unwrap_or(FULL_SCALE_RAD_S));
+            // The bias of the gyro itself: the latitude is not stated, so that the Earth rate is a contribution to the uncertainty and no part of the value.
+            let truth =
+                truth.into_iter().map(|(name, value)| (name, if name == "bias_rad_s" { sensor.gyro_bias_rad_s } else { value })).collect();
             (Stand { imu: Some(sensor), ..Stand::default() }, truth)
         }
     };

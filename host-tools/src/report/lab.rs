@@ -1,6 +1,6 @@
 //! The laboratory course as text, JSON and HTML: list of works, start, check, report of the student, judgement.
 //!
-//! The report shows what the student has done, without true values, and is made for print. The page of the judgement is for the teacher. No text says that a
+//! Words of both languages are in [`super::lab_words`]. The report shows what the student has done, without true values, and is made for print. The page of the judgement is for the teacher. No text says that a
 //! work is passed: answers in words and the conclusion are the teacher's to judge.
 
 use serde::Serialize;
@@ -8,13 +8,15 @@ use serde_json::Value;
 
 use super::html::{Cell, Class, Markup, Page, Table};
 use super::json::value;
+use super::lab_words::{chain_error_text, event_text, mark_text, objection_text, problem_text, rule_text, words_of};
 use super::numbers::{plain, significant, with_sigma};
 use crate::lab::answers::Answers;
+use crate::lab::archive::OwnFiles;
 use crate::lab::check::Checked;
 use crate::lab::course::{Lab, Language, When};
 use crate::lab::grade::Grade;
-use crate::lab::journal::{ChainError, Event, Journal};
-use crate::lab::judge::{MAX_GOOD_ERROR, MAX_REPEATED_ERROR, MAX_UNCERTAINTY_RATIO, Mark};
+use crate::lab::journal::{ChainError, Journal};
+use crate::lab::judge::Mark;
 use crate::lab::start::Started;
 use crate::lab::work::Work;
 
@@ -77,15 +79,20 @@ pub fn started_json(started: &Started) -> Value {
     value(&StartedJson { work: &started.work, files: &started.files, code: &started.code })
 }
 
-/// A check as text.
-pub fn checked_text(checked: &Checked) -> String {
-    let mut text: String = checked.problems.iter().map(|problem| format!("{problem}\n")).collect();
-    text += match (checked.complete, checked.before_complete) {
-        (true, _) => "All answers are given and well formed. Their values were not compared with anything.\n",
-        (false, true) => "The answers before the measurement are complete and recorded; those above are open.\n",
-        (false, false) => "The answers above are open.\n",
+/// A check of a work as text.
+pub fn checked_text(checked: &Checked, lab: &Lab, language: Language) -> String {
+    let w = words_of(language);
+    let mut text: String = checked.problems.iter().map(|problem| format!("{}\n", problem_text(problem, language))).collect();
+    let state = match (checked.complete, checked.before_complete) {
+        (true, _) => w.all_complete,
+        (false, true) => w.before_complete,
+        (false, false) => w.open_above,
     };
-    text + &format!("Recorded in the journal. Code of this entry, to be noted by the teacher: {}\n", &checked.code[..16])
+    text += &format!("{state}\n");
+    if lab.hunt().is_some() {
+        text += &format!("{}\n", if checked.before_complete { w.explain_allowed } else { w.explain_forbidden });
+    }
+    text + &format!("{} {}\n", w.code_to_note, &checked.code[..16])
 }
 
 /// A check as JSON.
@@ -93,50 +100,52 @@ pub fn checked_json(checked: &Checked) -> Value {
     value(checked)
 }
 
-/// A mark in words.
-fn mark_text(mark: Mark) -> &'static str {
-    match mark {
-        Mark::Good => "agrees",
-        Mark::Repeat => "repeat and explain",
-        Mark::Wrong => "wrong",
-        Mark::UncertaintyTooLarge => "U above its limit",
-    }
+/// The student's own files of an archive as text; empty where there are none.
+pub fn archive_text(own: &OwnFiles, language: Language) -> String {
+    let w = words_of(language);
+    let lines = [(w.own_files, &own.names), (w.left_out, &own.left_out)].into_iter().filter(|(_, names)| !names.is_empty());
+    lines.map(|(word, names)| format!("{word}: {}\n", names.join(", "))).collect()
 }
 
-/// Sentence on what a judgement leaves open.
-const LEFT_TO_THE_TEACHER: &str = "Answers in words and the conclusion are for the teacher to judge.";
+/// `stand lab start` of the next attempt.
+fn next_attempt(work: &Work) -> String {
+    format!("stand lab start {} --student \"{}\" --attempt {} --out FOLDER", work.lab, work.student, work.attempt + 1)
+}
 
-/// A judgement as text.
+/// A judgement as text, in the language of the work.
 pub fn grade_text(grade: &Grade) -> String {
     let work = &grade.work;
-    let seal = if work.sealed { "sealed" } else { "practice work, not sealed" };
-    let mut text = format!("{}, {}, attempt {}, {seal}\n", work.lab, work.student, work.attempt);
+    let w = words_of(work.language);
+    let seal = if work.sealed { w.sealed } else { w.not_sealed };
+    let mut text = format!("{}, {}, {} {}, {seal}\n", work.lab, work.student, w.attempt, work.attempt);
     for q in &grade.quantities {
         text += &format!(
-            "  {:24} {} {}  true {}  E_n = {}  U ≤ {}  {}\n",
+            "  {:24} {} {}  {} {}  E_n = {}  |x − X|/U = {}  U ≤ {}  {}\n",
             q.name,
             with_sigma(q.value, q.expanded_u),
             q.unit,
+            w.true_value,
             significant(q.reference, 5),
             significant(q.normalized_error, DIGITS),
+            significant(q.error_ratio, DIGITS),
             significant(q.u_limit, 2),
-            mark_text(q.mark)
+            mark_text(q.mark, work.language)
         );
     }
     if let Some(hunt) = &grade.hunt {
         for log in &hunt.logs {
             let present: Vec<&str> = log.hidden.present.iter().map(String::as_str).collect();
             let (before, after) = (significant(log.score_before, DIGITS), significant(log.score_after, DIGITS));
-            text += &format!("  {}  {}  score {before} before, {after} after\n", log.hidden.log, present.join(" and "));
+            text += &format!("  {}  {}  {}: {before} {}, {after} {}\n", log.hidden.log, present.join(" + "), w.score, w.before, w.after);
         }
         let (mean, most) = (significant(hunt.mean_score, DIGITS), plain(hunt.max_score, DIGITS));
-        text += &format!("  mean score {mean}, limit {most}\n");
+        text += &format!("  {}: {mean}, {} {most}\n", w.mean_score, w.limit);
     }
     for objection in &grade.objections {
-        text += &format!("objection: {objection}\n");
+        text += &format!("{}: {}\n", w.objection, objection_text(objection, work.language));
     }
-    let criteria = if grade.criteria_met { "met" } else { "not met" };
-    text + &format!("Numerical criteria: {criteria}. {LEFT_TO_THE_TEACHER}\n")
+    let criteria = if grade.criteria_met { w.criteria_met } else { w.criteria_not_met };
+    text + &format!("{criteria} {}\n{} {}\n", w.left_to_the_teacher, w.truth_shown, next_attempt(work))
 }
 
 #[derive(Serialize)]
@@ -151,24 +160,22 @@ pub fn grade_json(grade: &Grade) -> Value {
     value(&GradeJson { grade, says: grade.objections.iter().map(ToString::to_string).collect() })
 }
 
-/// The judgement as a page for the teacher.
+/// The judgement as a page for the teacher, in the language of the work.
 pub fn grade_html(grade: &Grade, lab: &Lab, answers: &Answers) -> String {
     let work = &grade.work;
-    let mut page = Page::new(&format!("Judgement: {}. {}", lab.number, lab.title.in_language(work.language)));
-    let criteria = if grade.criteria_met { "met" } else { "not met" };
-    page.paragraph(
-        Class::Lead,
-        format!("{}, attempt {}: numerical criteria {criteria}. {LEFT_TO_THE_TEACHER}", work.student, work.attempt),
-    );
+    let w = words_of(work.language);
+    let mut page = Page::new(&format!("{}: {}. {}", w.judgement, lab.number, lab.title.in_language(work.language)));
+    let criteria = if grade.criteria_met { w.criteria_met } else { w.criteria_not_met };
+    page.paragraph(Class::Lead, format!("{}, {} {}. {criteria} {}", work.student, w.attempt, work.attempt, w.left_to_the_teacher));
     if !work.sealed {
-        page.paragraph(Class::Warning, "Practice work: its true values are public.");
+        page.paragraph(Class::Warning, w.practice);
     }
     if !grade.objections.is_empty() {
-        page.section("Objections", |page| page.list(grade.objections.iter().map(ToString::to_string)));
+        page.section(w.objections, |page| page.list(grade.objections.iter().map(|o| objection_text(o, work.language))));
     }
     if !grade.quantities.is_empty() {
-        page.section("Values", |page| {
-            let mut table = Table::new(["quantity", "value ± U", "unit", "true value", "U of the reference", "E_n", "mark"]);
+        page.section(w.values, |page| {
+            let mut table = Table::new([w.quantity, "x ± U", w.unit, w.true_value, "U_ref", "E_n", "|x − X|/U", w.mark]);
             for q in &grade.quantities {
                 let class = if q.mark == Mark::Good { Class::Good } else { Class::Warning };
                 table.row([
@@ -178,24 +185,19 @@ pub fn grade_html(grade: &Grade, lab: &Lab, answers: &Answers) -> String {
                     Cell::number(significant(q.reference, 6)),
                     Cell::number(significant(q.reference_u, 2)),
                     Cell::number(significant(q.normalized_error, DIGITS)),
-                    Cell::text(mark_text(q.mark)).class(class),
+                    Cell::number(significant(q.error_ratio, DIGITS)),
+                    Cell::text(mark_text(q.mark, work.language)).class(class),
                 ]);
             }
             page.table(table);
-            page.paragraph(
-                Class::Faint,
-                format!(
-                    "E_n = |x − X|/√(U² + U_ref²): up to {} agrees, up to {} repeat and explain. U up to {} U_ref.",
-                    plain(MAX_GOOD_ERROR, 2),
-                    plain(MAX_REPEATED_ERROR, 2),
-                    plain(MAX_UNCERTAINTY_RATIO, 2)
-                ),
-            );
+            page.paragraph(Class::Faint, rule_text(work.language));
         });
+        budgets(&mut page, lab, work.language, answers);
     }
     if let Some(hunt) = &grade.hunt {
-        page.section("Hunt", |page| {
-            let mut table = Table::new(["log", "present", "hidden", "score before", "score after"]);
+        page.section(w.probabilities, |page| {
+            let score = |when| format!("{}: {when}", w.score);
+            let mut table = Table::new([w.log.to_owned(), w.present.to_owned(), w.hidden.to_owned(), score(w.before), score(w.after)]);
             for log in &hunt.logs {
                 let present: Vec<&str> = log.hidden.present.iter().map(String::as_str).collect();
                 table.row([
@@ -207,103 +209,26 @@ pub fn grade_html(grade: &Grade, lab: &Lab, answers: &Answers) -> String {
                 ]);
             }
             page.table(table);
-            page.text(format!("Mean score {}, limit {}.", significant(hunt.mean_score, DIGITS), plain(hunt.max_score, DIGITS)));
+            let (mean, most) = (significant(hunt.mean_score, DIGITS), plain(hunt.max_score, DIGITS));
+            page.text(format!("{}: {mean}, {} {most}.", w.mean_score, w.limit));
         });
     }
     words(&mut page, lab, work.language, answers);
     page.finish()
 }
 
-/// Headings and terms of the student's report.
-struct Words {
-    report: &'static str,
-    student: &'static str,
-    attempt: &'static str,
-    practice: &'static str,
-    values: &'static str,
-    quantity: &'static str,
-    unit: &'static str,
-    log: &'static str,
-    reason: &'static str,
-    before: &'static str,
-    after: &'static str,
-    probabilities: &'static str,
-    questions: &'static str,
-    conclusion: &'static str,
-    open: &'static str,
-    journal: &'static str,
-    time: &'static str,
-    event: &'static str,
-    code: &'static str,
-    judged: &'static str,
-}
-
-fn words_of(language: Language) -> Words {
-    match language {
-        Language::En => Words {
-            report: "Report",
-            student: "Student",
-            attempt: "attempt",
-            practice: "Practice work: its true values are public.",
-            values: "Measured values",
-            quantity: "quantity",
-            unit: "unit",
-            log: "log",
-            reason: "where the model fails",
-            before: "before",
-            after: "after",
-            probabilities: "Probabilities",
-            questions: "Questions",
-            conclusion: "Conclusion",
-            open: "not filled in",
-            journal: "Journal",
-            time: "time",
-            event: "event",
-            code: "code",
-            judged: "U: expanded uncertainty, coverage probability 95 %. This page contains no judgement; the work is judged by the teacher.",
-        },
-        Language::Uk => Words {
-            report: "Звіт",
-            student: "Студент",
-            attempt: "спроба",
-            practice: "Тренувальна робота: її істинні значення відкриті.",
-            values: "Виміряні значення",
-            quantity: "величина",
-            unit: "одиниця",
-            log: "запис",
-            reason: "де модель помиляється",
-            before: "до",
-            after: "після",
-            probabilities: "Імовірності",
-            questions: "Запитання",
-            conclusion: "Висновок",
-            open: "не заповнено",
-            journal: "Журнал",
-            time: "час",
-            event: "подія",
-            code: "код",
-            judged: "U — розширена невизначеність, імовірність охоплення 95 %. Ця сторінка не містить оцінки; роботу оцінює викладач.",
-        },
-    }
-}
-
-fn event_text(event: &Event, language: Language) -> String {
-    let en = language == Language::En;
-    match event {
-        Event::Started { .. } => if en { "started" } else { "розпочато" }.to_owned(),
-        Event::Checked { complete: true, .. } => {
-            if en { "answers checked: complete" } else { "відповіді перевірено: повні" }.to_owned()
+/// The budgets of the quantities, as the student wrote them.
+fn budgets(page: &mut Page, lab: &Lab, language: Language, answers: &Answers) {
+    let w = words_of(language);
+    page.section(w.budgets, |page| {
+        for asked in lab.quantities() {
+            page.text(Markup::code(&asked.name));
+            match answers.quantities.get(&asked.name).map(|given| given.budget.trim()).filter(|budget| !budget.is_empty()) {
+                Some(budget) => page.preformatted(budget),
+                None => page.paragraph(Class::Warning, w.open),
+            }
         }
-        Event::Checked { before_complete: true, .. } => if en {
-            "answers checked: those before the measurement complete"
-        } else {
-            "відповіді перевірено: повні ті, що до вимірювань"
-        }
-        .to_owned(),
-        Event::Checked { .. } => if en { "answers checked: incomplete" } else { "відповіді перевірено: неповні" }.to_owned(),
-        Event::Explained { log } => format!("stand explain {log}"),
-        Event::Graded => if en { "true values shown" } else { "істинні значення показано" }.to_owned(),
-    }
+    });
 }
 
 /// Questions with their answers, and the conclusion.
@@ -353,6 +278,9 @@ pub fn report_html(work: &Work, lab: &Lab, answers: &Answers, journal: &Result<J
             page.table(table);
         }),
     }
+    if lab.hunt().is_none() {
+        budgets(&mut page, lab, work.language, answers);
+    }
     words(&mut page, lab, work.language, answers);
     page.section(w.journal, |page| match journal {
         Ok(journal) => {
@@ -363,7 +291,7 @@ pub fn report_html(work: &Work, lab: &Lab, answers: &Answers, journal: &Result<J
             }
             page.table(table);
         }
-        Err(error) => page.paragraph(Class::Warning, error.to_string()),
+        Err(error) => page.paragraph(Class::Warning, chain_error_text(error, work.language)),
     });
     page.paragraph(Class::Faint, w.judged);
     page.finish()

@@ -64,6 +64,9 @@ pub const WORDS: [(&str, Check); 26] = [
         assert_eq!(read(f, "w/lab-journal.jsonl").lines().count(), 2);
         let text = stdout_of(f, &["lab", "check", "w", "--json", "c.json"]);
         assert!(text.contains("not filled in") && read(f, "c.json").contains("\"kind\": \"empty\""), "{text}");
+        assert!(text.contains("NOT complete"), "{text}");
+        started(f, "uk", &["--language", "uk"]);
+        assert!(stdout_of(f, &["lab", "check", "uk"]).contains("не заповнено"));
     }),
     ("lab report --help", help_everywhere),
     ("lab report <FOLDER> --html --zip --json", |f| {
@@ -72,6 +75,8 @@ pub const WORDS: [(&str, Check); 26] = [
         assert_eq!(report["student"], "anna");
         assert!(read(f, "r.html").contains("not filled in") && !read(f, "r.html").contains("true value of"));
         assert!(std::fs::read(f.join("w.zip")).unwrap().starts_with(b"PK"));
+        std::fs::write(f.join("w/fit.py"), "print()").unwrap();
+        assert!(stdout_of(f, &["lab", "report", "w", "--zip", "w.zip"]).contains("fit.py"));
         assert_eq!(stand(f, &["lab", "report", "w"]).status, Some(2), "a report needs a form");
     }),
     ("lab grade --help", help_everywhere),
@@ -80,6 +85,11 @@ pub const WORDS: [(&str, Check); 26] = [
         let grade = json(f, &["lab", "grade", "w", "--html", "g.html"]);
         assert_eq!(grade["criteria_met"], false, "nothing is answered");
         assert!(read(f, "g.html").contains("Objections"));
+        assert_eq!(grade["quantities"][0]["mark"], "not-filled-in");
+        assert!(stdout_of(f, &["lab", "grade", "w"]).contains("--attempt 2"));
+        started(f, "uk", &["--language", "uk"]);
+        assert!(stdout_of(f, &["lab", "grade", "uk", "--html", "u.html"]).contains("Числові критерії не виконано"));
+        assert!(read(f, "u.html").contains("Зауваження"));
     }),
     ("lab grade --key", |f| {
         stand(f, &["lab", "key", "teacher.key"]).succeeded();
