@@ -8,6 +8,8 @@ cd "$(dirname "$0")/.."
 
 bench() { cargo bench -q -p stand-tests --bench "$@"; }
 confusion() { bench confusion -- "$@"; }
+# 200 attempts of a scripted student; of the hunt, which takes half a minute for each, 30.
+lab() { LAB_SEEDS="$2" cargo test -q --release -p host-tools --test lab_course "honest_student_of_$1" -- --include-ignored --nocapture; }
 # The image at another opt-level, in a target folder of its own, and the tests of the chip on it. Exceeded limits are printed and do not end the piece.
 image_at_level() {
     local folder="target/opt-level-$1" image
@@ -48,6 +50,14 @@ declare -A pieces=(
     [drift-coverage]="bench drift_coverage"
     [allan]="bench allan"
     [allan-coverage]="bench allan_coverage"
+    [lab-motor]="lab motor 200"
+    [lab-friction]="lab friction 200"
+    [lab-once-per-turn]="lab once_per_turn 200"
+    [lab-gyro]="lab gyro 200"
+    [lab-accelerometer]="lab accelerometer 200"
+    [lab-drift]="lab drift 200"
+    [lab-observers]="lab observers 200"
+    [lab-hunt]="lab the_hunt 30"
     [rate-accuracy]="cargo run -q --release -p stand-tests --example rate_accuracy"
     [fuzz]="STAND_FUZZ=1000000 cargo test -q --release -p stand-tests --test fuzz -- --nocapture"
     [reliability]="STAND_MOMENTS=200 cargo test -q --release -p host-tools --test reliability -- --nocapture"

@@ -75,14 +75,20 @@ fn sines_separate_delay_damping_and_bandwidth() {
 
 #[test]
 fn chirp_agrees_with_sines() {
-    // With seeds 4 and 12 chance favours a third lag in the sines' responses.
+    // With seeds 4 and 12 chance favours a third lag in the sines' responses. Of twelve differences one is beyond 2.87 u in 5 % of all cases (normal distribution,
+    // Bonferroni).
     for seed in [1, 4, 12] {
         let by_sines = gyro(60.0, 0.7, 8e-4, &sines(&[5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0], 4.0), seed);
         let by_chirp = gyro(60.0, 0.7, 8e-4, CHIRP, seed + 100);
         for name in ["delay_s", "damping", "bandwidth_Hz", "scale_dynamic"] {
             let (a, b) = (found(&by_sines, name), found(&by_chirp, name));
-            let U = a.expanded_u().hypot(b.expanded_u());
-            assert!((a.value - b.value).abs() <= U, "seed {seed}: {name}: {} by sines, {} along the chirp, ± {U}", a.value, b.value);
+            let limit = 2.87 * a.combined_u().hypot(b.combined_u());
+            assert!(
+                (a.value - b.value).abs() <= limit,
+                "seed {seed}: {name}: {} by sines, {} along the chirp, ± {limit}",
+                a.value,
+                b.value
+            );
         }
     }
 }
