@@ -78,6 +78,13 @@ pub(super) struct Explain {
     output: ReportOutput,
 }
 
+/// Records the explanation in the journals of the laboratory works to which the logs belong; refuses it, and records nothing, where a work asks for the student's own
+/// answers first.
+fn record_in_labs(logs: &[impl AsRef<Path>]) -> Result<(), CliError> {
+    logs.iter().try_for_each(|log| check_explain(log.as_ref()))?;
+    Ok(logs.iter().try_for_each(|log| record_explained(log.as_ref()))?)
+}
+
 impl From<ExplainLogsError> for CliError {
     fn from(error: ExplainLogsError) -> Self {
         match error {
@@ -98,44 +105,35 @@ impl Explain {
         self.import.apply(self.log.iter().map(PathBuf::as_path))?;
         let folder = self.log.iter().find(|p| p.is_dir());
         folder.map_or(Ok(()), |folder| self.check_folder_options(folder))?;
-        self.record_in_labs()?;
-        if let Some(folder) = folder {
-            if let Some(table) = &self.table {
-                return self.write_table(folder, table, &criteria);
+        match (folder, &self.table) {
+            (Some(folder), Some(table)) => self.write_table(folder, table, &criteria),
+            (Some(folder), None) => {
+                let model = Model::read(&self.model)?;
+                record_in_labs(&logs_in(folder)?)?;
+                self.explain_folder(folder, &model, &criteria)
             }
-            return self.explain_folder(folder, &Model::read(&self.model)?, &criteria);
+            (None, Some(table)) => {
+                Err(CliError::in_file(table, "--table has one row for each log of a folder; name a folder instead of logs"))
+            }
+            (None, None) => {
+                let model = Model::read(&self.model)?;
+                record_in_labs(&self.log)?;
+                self.explain_together(&model, &criteria)
+            }
         }
-        if let Some(table) = &self.table {
-            return Err(CliError::in_file(table, "--table has one row for each log of a folder; name a folder instead of logs"));
-        }
-        let model = Model::read(&self.model)?;
+    }
+
+    /// Explains the logs together, with one set of parameters.
+    fn explain_together(&self, model: &Model, criteria: &Criteria) -> Result<(), CliError> {
         let spinner = spinner("reading");
-        let result = explain_together(&self.log, &model, &criteria, &|stage| spinner.set_message(progress(stage)));
+        let result = explain_together(&self.log, model, criteria, &|stage| spinner.set_message(progress(stage)));
         spinner.finish_and_clear();
         match result? {
             LogExplanation::ImplausibleLog(log, findings) => {
                 Err(implausible_log(&log, &findings, &self.output, || report::explain_bad_log_json(&log, &findings)))
             }
-            LogExplanation::Explained(explanation) => self.report(&explanation, &model),
+            LogExplanation::Explained(explanation) => self.report(&explanation, model),
         }
-    }
-
-    /// Records the explanation in the journal of the laboratory work to which a log belongs; refuses it where the work asks for the student's own answers first.
-    fn record_in_labs(&self) -> Result<(), CliError> {
-        let mut logs = Vec::new();
-        for path in &self.log {
-            if !path.is_dir() {
-                logs.push(path.clone());
-            } else if self.table.is_some() {
-                // A table has the logs of all subfolders.
-                let found = logs_of(std::slice::from_ref(path)).map_err(|error| CliError::file(path, "read the folder", &error))?;
-                logs.extend(found.into_iter().map(PathBuf::from));
-            } else {
-                logs.extend(logs_in(path)?);
-            }
-        }
-        logs.iter().try_for_each(|log| check_explain(log))?;
-        Ok(logs.iter().try_for_each(|log| record_explained(log))?)
     }
 
     /// A folder excludes further logs, and the options of a single result.
@@ -195,6 +193,7 @@ impl Explain {
                 "this folder has no logs (files with the ending .csv or .parquet, or with an import file)",
             ));
         }
+        record_in_labs(&paths)?;
         let engine = self.engine.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned());
         let time_limit_s = self.time_limit.seconds()?;
         let settings = Settings {

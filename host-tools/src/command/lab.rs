@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 use indicatif::ProgressBar;
 
 use super::error::CliError;
-use super::output::{JsonOutput, progress_bar, write};
+use super::output::{JsonOutput, check_writable, progress_bar, write};
 use super::signals::Interrupts;
 use crate::lab::LabError;
 use crate::lab::archive::{own_files, write_archive};
@@ -221,6 +221,7 @@ impl Check {
 impl Report {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
+        self.html.iter().chain(&self.zip).try_for_each(|path| check_writable(path))?;
         let work = Work::read(&self.folder)?;
         let (lab, answers, journal) = (work.lab()?, read_answers(&self.folder)?, Journal::read(&self.folder)?);
         let page = report::report_html(&work, &lab, &answers, &journal);
@@ -245,6 +246,7 @@ impl Report {
 impl Grade {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
+        self.html.as_deref().map_or(Ok(()), check_writable)?;
         let key = read_key(self.key.as_deref())?;
         let graded = with_progress(|progress| grade(&self.folder, key, self.code.as_deref(), progress))?;
         self.json.text(&report::grade_text(&graded))?;

@@ -370,10 +370,11 @@ pub fn empty_table(lab: &Lab, language: Language) -> String {
                 "# Their sum is 1 or more, because one class at least is present; more than 1 where you expect two effects. none and any other class sum to 1 at most.",
                 "# Їхня сума — 1 або більше, бо принаймні один клас присутній; понад 1, якщо ви очікуєте двох ефектів. none разом із будь-яким іншим класом — не більш як 1.",
             ));
-            line(comment(
-                "# Effects of the given model (viscous, coulomb, inductance) are not hidden and have no probability.",
-                "# Ефекти заданої моделі (viscous, coulomb, inductance) не сховані й імовірності не мають.",
-            ));
+            let in_model = lab.effects_in_model().join(", ");
+            line(&match language {
+                Language::En => format!("# Effects of the given model ({in_model}) are not hidden and have no probability."),
+                Language::Uk => format!("# Ефекти заданої моделі ({in_model}) не сховані й імовірності не мають."),
+            });
             line(comment(
                 "# Example: before = { cogging = 0.6, torque-ripple = 0.3, none = 0.1 }",
                 "# Приклад: before = { cogging = 0.6, torque-ripple = 0.3, none = 0.1 }",

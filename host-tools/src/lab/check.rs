@@ -7,8 +7,8 @@ use serde::Serialize;
 use super::LabError;
 use super::answers::{ANSWERS_FILE, AnswerProblem, Answers};
 use super::course::When;
-use super::journal::{Event, JOURNAL_FILE, Journal, append};
-use super::work::{WORK_FILE, Work, hashes};
+use super::journal::{Event, JOURNAL_FILE, Journal, append, work_of};
+use super::work::{Work, hashes};
 
 /// Result of a check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,22 +40,17 @@ pub fn read_answers(folder: &Path) -> Result<Answers, LabError> {
 /// # Errors
 /// [`LabError::ExplainedTooEarly`]; the work or its journal cannot be read.
 pub fn check_explain(log: &Path) -> Result<(), LabError> {
-    // Absolute, since a log that is named from within its folder has no parents.
-    let log = std::fs::canonicalize(log).unwrap_or_else(|_| log.to_owned());
-    let Some(folder) = log.parent().and_then(Path::parent) else { return Ok(()) };
-    if !folder.join(JOURNAL_FILE).is_file() || !folder.join(WORK_FILE).is_file() {
-        return Ok(());
-    }
-    let work = Work::read(folder)?;
+    let Some((folder, _)) = work_of(log) else { return Ok(()) };
+    let work = Work::read(&folder)?;
     if work.lab()?.hunt().is_none() {
         return Ok(());
     }
-    let journal = Journal::read(folder)?.map_err(|error| LabError::invalid(&folder.join(JOURNAL_FILE), error.to_string()))?;
+    let journal = Journal::read(&folder)?.map_err(|error| LabError::invalid(&folder.join(JOURNAL_FILE), error.to_string()))?;
     let permits = |event: &Event| matches!(event, Event::Checked { before_complete: true, .. } | Event::Graded);
     if journal.entries.iter().any(|entry| permits(&entry.event)) {
         return Ok(());
     }
-    Err(LabError::ExplainedTooEarly { lab: work.lab, folder: folder.to_owned(), log: log.clone() })
+    Err(LabError::ExplainedTooEarly { lab: work.lab, folder, log: log.to_owned() })
 }
 
 /// Checks the answers in a work folder and records the check in its journal.

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -167,19 +167,21 @@ pub fn append(folder: &Path, event: Event, hashes: BTreeMap<String, String>) -> 
     Ok(code)
 }
 
-/// Records in the journal of its work that `stand explain` was run on `log`; nothing where the log is not in the folder `logs` of a work.
+/// The work folder of a log in its folder `logs`, and the name of the log; `None` where that folder has no journal.
+pub fn work_of(log: &Path) -> Option<(PathBuf, String)> {
+    // Absolute, since a log that is named from within its folder has no parents.
+    let log = std::fs::canonicalize(log).unwrap_or_else(|_| log.to_owned());
+    let folder = log.parent().and_then(Path::parent).filter(|folder| folder.join(JOURNAL_FILE).is_file())?;
+    Some((folder.to_owned(), log.file_name()?.to_string_lossy().into_owned()))
+}
+
+/// Records in the journal of its work that `stand explain` was run on `log`; nothing where the log belongs to no work.
 ///
 /// # Errors
 /// As [`append`].
 pub fn record_explained(log: &Path) -> Result<(), LabError> {
-    // Absolute, since a log that is named from within its folder has no parents.
-    let log = std::fs::canonicalize(log).unwrap_or_else(|_| log.to_owned());
-    let Some(folder) = log.parent().and_then(Path::parent) else { return Ok(()) };
-    if !folder.join(JOURNAL_FILE).is_file() {
-        return Ok(());
-    }
-    let name = log.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
-    append(folder, Event::Explained { log: name }, BTreeMap::new()).map(|_| ())
+    let Some((folder, log)) = work_of(log) else { return Ok(()) };
+    append(&folder, Event::Explained { log }, BTreeMap::new()).map(|_| ())
 }
 
 #[cfg(test)]
