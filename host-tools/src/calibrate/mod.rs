@@ -12,6 +12,7 @@ pub mod apply;
 pub mod archive;
 pub mod by_hand;
 pub mod certificate;
+mod chirp;
 pub mod crystal;
 pub mod drive;
 pub mod gyro;

@@ -6,7 +6,7 @@
 
 use super::clock;
 use crate::acquire::calibration_session::Session;
-use crate::calibrate::gyro::along_chirp;
+use crate::calibrate::chirp::along_chirp;
 use crate::calibrate::lock_in::Response;
 use crate::calibrate::{AbsenceReason, Basis, Curve, CurveKind, Findings, Meaning, Step};
 use crate::calibrate::{Contribution, Quantity};

@@ -7,7 +7,8 @@
 use super::characteristic::Characteristic;
 use super::influences::{clock, misalignment, misalignment_factor};
 use super::{GyroSettings, dut_output};
-use crate::calibrate::lock_in::{Response, lock_in, mean_rate};
+use crate::calibrate::chirp::along_chirp;
+use crate::calibrate::lock_in::{Response, lock_in};
 use crate::calibrate::response::{Structure, Transfer, transfer};
 use crate::calibrate::{AbsenceReason, Basis, Curve, CurveKind, Findings, FrequencyPoint, Meaning, Remark, Step};
 use crate::calibrate::{Contribution, Quantity};
@@ -70,96 +71,6 @@ fn responses(steps: &[&Step], found: &Characteristic, settings: &GyroSettings) -
     responses.retain(|r| r.coherence > MIN_COHERENCE);
     responses.sort_by(|a, b| a.frequency_Hz.total_cmp(&b.frequency_Hz));
     (responses, remarks)
-}
-
-/// Responses along a chirp, cut into pieces of little frequency change. `age`: time from a sample of `output` to its row, s.
-pub(in crate::calibrate) fn along_chirp(log: &Log, theta: &[f64], output: &[f64], age: Option<&[f64]>) -> Vec<Response> {
-    let (Some(from_Hz), Some(to_Hz), Some(sweep_s)) =
-        (note(log, "profile_from_Hz"), note(log, "profile_to_Hz"), note(log, "profile_sweep_s"))
-    else {
-        return Vec::new();
-    };
-    let t_s = log.t_s();
-    let begin_s = t_s[0];
-    let factor = (to_Hz / from_Hz).ln();
-    let mut found = Vec::new();
-    let frequency_Hz = |t: f64| from_Hz * (factor * (t - begin_s) / sweep_s).exp();
-    for piece in 0..PIECES {
-        let at = |k: usize| begin_s + sweep_s * k as f64 / PIECES as f64;
-        let rows = t_s.partition_point(|t| *t < at(piece))..t_s.partition_point(|t| *t < at(piece + 1));
-        if rows.len() < MIN_PIECE_ROWS {
-            continue;
-        }
-        let [t_s, theta, output] = [t_s, theta, output].map(|column| &column[rows.clone()]);
-        found.extend(piece_response(t_s, theta, output, age.map(|a| &a[rows.clone()]), &frequency_Hz));
-    }
-    found
-}
-
-/// Pieces of a chirp.
-const PIECES: usize = 24;
-/// Fewest rows of a piece.
-const MIN_PIECE_ROWS: usize = 200;
-/// Fewest and most blocks of a piece.
-const MIN_BLOCKS: usize = 4;
-const MAX_BLOCKS: f64 = 24.0;
-
-/// Response of one piece. In each block both signals are demodulated at the middle frequency of the block, so that their common phase cancels; the
-/// response at the middle of the piece follows by regression over the logarithm of the frequency.
-fn piece_response(t_s: &[f64], theta: &[f64], output: &[f64], age: Option<&[f64]>, frequency_Hz: &impl Fn(f64) -> f64) -> Option<Response> {
-    use nalgebra::Complex;
-    use std::f64::consts::TAU;
-    let (first, last) = (*t_s.first()?, *t_s.last()?);
-    let middle_Hz = frequency_Hz(0.5 * (first + last));
-    // Blocks of two periods or more; each gives one pair of phasors.
-    let blocks = ((last - first) * middle_Hz / 2.0).floor().min(MAX_BLOCKS) as usize;
-    if blocks < MIN_BLOCKS {
-        return None;
-    }
-    let length = t_s.len() / blocks;
-    let phasor = |t: &dyn Fn(usize) -> f64, y: &[f64], rows: std::ops::Range<usize>, f_Hz: f64| {
-        let n = rows.len() as f64;
-        let (mean, middle) = (y[rows.clone()].iter().sum::<f64>() / n, rows.start as f64 + 0.5 * (n - 1.0));
-        let slope = rows.clone().map(|k| (k as f64 - middle) * (y[k] - mean)).sum::<f64>() / (n * n * n / 12.0);
-        rows.map(|k| {
-            let window = 1.0 + (TAU * (k as f64 - middle) / n).cos();
-            Complex::from_polar(window * (y[k] - mean - slope * (k as f64 - middle)), -TAU * f_Hz * t(k))
-        })
-        .sum::<Complex<f64>>()
-            * (2.0 / n)
-    };
-    let row = |k: usize| t_s[k];
-    let taken = |k: usize| t_s[k] - age.map_or(0.0, |a| a[k]);
-    // Of each block: logarithm of its relative frequency, phasor of the rate, phasor of the output.
-    let each: Vec<(f64, Complex<f64>, Complex<f64>)> = (0..blocks)
-        .map(|b| {
-            let rows = b * length..(b + 1) * length;
-            let f_Hz = frequency_Hz(0.5 * (t_s[rows.start] + t_s[rows.end - 1]));
-            let rate = Complex::new(0.0, TAU * f_Hz) * phasor(&row, theta, rows.clone(), f_Hz);
-            ((f_Hz / middle_Hz).ln(), rate, phasor(&taken, output, rows, f_Hz))
-        })
-        .collect();
-    let sum = |power: i32| each.iter().map(|(x, rate, _)| x.powi(power) * rate.norm_sqr()).sum::<f64>();
-    let cross = |power: i32| each.iter().map(|(x, rate, output)| output * rate.conj() * x.powi(power)).sum::<Complex<f64>>();
-    let (s0, s1, s2) = (sum(0), sum(1), sum(2));
-    let determinant = s0 * s2 - s1 * s1;
-    if determinant.is_nan() || determinant <= 0.0 {
-        return None;
-    }
-    let (h, bend) = ((cross(0) * s2 - cross(1) * s1) / determinant, (cross(1) * s0 - cross(0) * s1) / determinant);
-    let residual: f64 = each.iter().map(|(x, rate, output)| (output - (h + bend * *x) * rate).norm_sqr()).sum();
-    let all: f64 = each.iter().map(|(_, _, output)| output.norm_sqr()).sum();
-    let variance = residual / (2.0 * (blocks as f64 - 2.0));
-    Some(Response {
-        frequency_Hz: middle_Hz,
-        re: h.re,
-        im: h.im,
-        sigma: (variance * s2 / determinant).sqrt(),
-        timing_s: 0.0,
-        coherence: 1.0 - residual / all,
-        rate_rad_s: (s0 / blocks as f64).sqrt(),
-        mean_rad_s: mean_rate(t_s, theta),
-    })
 }
 
 /// Adds bandwidth, delay, damping and dynamic scale.

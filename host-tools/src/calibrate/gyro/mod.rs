@@ -24,7 +24,6 @@ mod turn_on;
 mod turns;
 
 pub use characteristic::{Characteristic, characteristic};
-pub(super) use dynamic::along_chirp;
 pub use points::Point;
 
 use super::{Assumptions, CalibrateError, Findings, Orientation, Step};
