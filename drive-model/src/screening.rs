@@ -17,6 +17,8 @@ pub enum Requirement {
     AngleReading,
     /// The rate is compared.
     ComparedRate,
+    /// The rate is compared, or an angle sensor with a known motion.
+    RateOrSensorAngle,
     /// The current is compared and is not the model's input.
     ComparedCurrent,
     /// The winding temperature is measured.

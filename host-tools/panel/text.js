@@ -344,6 +344,7 @@ export const TEXT = {
   hidden_needs_angle_reading: ["needs the angle among the model's outputs, or a rate that is compared with it", "потребує кута серед виходів моделі або швидкості, яку з ним порівнюють"],
   hidden_needs_compared_angle: ["needs the angle among the model's outputs", "потребує кута серед виходів моделі"],
   hidden_needs_rate: ["needs a measured rate (omega_rad_s)", "потребує виміряної швидкості (omega_rad_s)"],
+  hidden_needs_rate_or_sensor_angle: ["needs a measured rate (omega_rad_s), or an angle sensor beside a known motion (theta_sensor_rad)", "потребує виміряної швидкості (omega_rad_s) або датчика кута поряд із відомим рухом (theta_sensor_rad)"],
   hidden_needs_current: ["needs a measured current besides the voltage (i_A)", "крім напруги потребує виміряного струму (i_A)"],
   hidden_needs_temperature: ["needs the winding temperature (temp_C)", "потребує температури обмотки (temp_C)"],
   hidden_needs_temperature_change: ["needs a change of the winding temperature", "потребує зміни температури обмотки"],

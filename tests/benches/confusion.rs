@@ -3,7 +3,7 @@
 //! `cargo bench -p stand-tests --bench confusion -- foreign | own [N] [SEED] | several [N] [SEED] | nulls [N] [SEED] | outsiders [N] [SEED]`
 //! `… -- dirt KIND [N] [SEED]` (nulls with an imperfection), `… -- dirty-own KIND [N] [SEED]` (effects with it)
 //!
-//! The word `prediction-error` at the end chooses that engine. N is the number of logs; for `own` and `outsiders`, of seeds for each effect, experiment and mode. `own EFFECT` runs that effect alone. `write
+//! The word `prediction-error` at the end chooses that engine. N is the number of logs; for `own` and `outsiders`, of seeds for each effect, experiment and mode. `own EFFECT` and `outsiders KIND` run that one alone. `write
 //! ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV.
 
 use std::fs::File;
@@ -38,7 +38,11 @@ fn main() -> ExitCode {
             let ids = each(group, &if effects.is_empty() { cards().iter().map(|c| c.id).collect() } else { effects }, number(0, 1), first);
             println!("{}", tables::own(&run(group, &ids, engine)));
         }
-        "outsiders" => println!("{}", tables::outsiders(&run(group, &each(group, &OUTSIDERS, number(0, 2), first), engine))),
+        "outsiders" => {
+            let named: Vec<&str> = OUTSIDERS.into_iter().filter(|id| words.iter().any(|w| w == id)).collect();
+            let of = if named.is_empty() { OUTSIDERS.to_vec() } else { named };
+            println!("{}", tables::outsiders(&run(group, &each(group, &of, number(0, 2), first), engine)));
+        }
         "several" => {
             let ids: Vec<String> = (0..number(0, 60)).map(|k| format!("several/{}/{}", 2 + k % 2, experiment(k / 2, first))).collect();
             println!("{}", tables::several(&run(group, &ids, engine)));
@@ -57,7 +61,9 @@ fn main() -> ExitCode {
                 (0..number(0, 100)).map(|k| null(k, first)).collect()
             } else {
                 let all: Vec<&str> = cards().iter().map(|c| c.id).collect();
-                let one = |k: u64| format!("own/{}/{}", all[k as usize % all.len()], experiment(k / all.len() as u64, first));
+                // Neighbours differ by experiment, and so do the rounds of an effect.
+                let n = all.len() as u64;
+                let one = |k: u64| format!("own/{}/{}", all[(k % n) as usize], experiment(k % n + k / n, first));
                 (0..number(0, 100)).map(one).collect()
             };
             let lines = run_dirty(&format!("{group}-{}", dirt.name()), &ids, dirt, engine);

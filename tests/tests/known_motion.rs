@@ -79,9 +79,28 @@ fn errors_of_a_resolver_are_found() {
     assert_eq!((late.verdict, late.missing.as_slice()), (Verdict::EffectFound, &["time-skew".to_owned()][..]));
     assert!((late.model.value("skew_s").unwrap_or(f64::NAN) - 4e-3).abs() < 1e-4);
 
-    // No effect of the catalogue is a wrong number of counts per turn: that is not called something else.
-    let scaled = answer_of_angle(|t| 1.005 * motion(t).1);
-    assert_eq!(scaled.verdict, Verdict::UnknownStructure, "{:?}", scaled.missing);
+    // A wrong number of counts per turn.
+    let scaled = answer_of_angle(|t| 1.002 * motion(t).1);
+    assert_eq!((scaled.verdict, scaled.missing.as_slice()), (Verdict::EffectFound, &["rate-scale".to_owned()][..]));
+    assert!((scaled.model.value("rate_scale").unwrap_or(f64::NAN) - 2e-3).abs() < 2e-5);
+
+    // A tracking converter of 30 ms: beyond the corner of its frequency response the output is attenuated, not only late.
+    let (tau_s, mut state) = (0.03, None);
+    let behind: Vec<f64> = (0..ROWS * 10)
+        .map(|k| {
+            let input = motion(k as f64 * DT_S / 10.0).1;
+            let output = state.map_or(input - tau_s * motion(0.0).0, |last: f64| input + (last - input) * (-DT_S / 10.0 / tau_s).exp());
+            state = Some(output);
+            output
+        })
+        .collect();
+    let slow = answer_of_angle(|t| behind[(t / DT_S * 10.0).round() as usize]);
+    assert_eq!((slow.verdict, slow.missing.as_slice()), (Verdict::EffectFound, &["sensor-lag".to_owned()][..]));
+    assert!((slow.model.value("lag_s").unwrap_or(f64::NAN) - tau_s).abs() < 1e-4, "{:?}", slow.model.value("lag_s"));
+
+    // A slope that varies with the angle, as that of a potentiometer, is not in the catalogue: its mean is named, and that something is left.
+    let bent = answer_of_angle(|t| motion(t).1 + 2e-4 * motion(t).1.powi(2));
+    assert_eq!((bent.verdict, bent.missing.as_slice()), (Verdict::PartlyExplained, &["rate-scale".to_owned()][..]));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Lag of the rate sensor: the rate channel passes a first-order low-pass.
+//! Lag of the rate sensor: the rate channel passes a first-order low-pass; so does the angle of a sensor under test.
 
 use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Requirement, Rival, Scalar, Output, StandRun, Structure};
 
@@ -6,7 +6,7 @@ use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Law,
 pub const CARD: Card = Card {
     id: "sensor-lag",
     title: "Lag of the rate sensor",
-    equation: "the rate channel passes a first-order low-pass",
+    equation: "the rate channel, or an angle sensor under test, passes a first-order low-pass",
     domain: Domain::Measurement,
     coordinate: Coordinate::Acceleration,
     parameters: &[
@@ -20,7 +20,7 @@ pub const CARD: Card = Card {
             simulated_range: (0.003, 0.01),
         },
     ],
-    requires: &[Requirement::ComparedRate, Requirement::SimulatedMotion],
+    requires: &[Requirement::RateOrSensorAngle, Requirement::SimulatedMotion],
     family: "late-rate",
     rivals: &[Rival {
         effect: "time-skew",
@@ -39,7 +39,7 @@ pub const CARD: Card = Card {
     limited_at_zero: &[0],
     law: &SensorLag,
     description: Description {
-        summary: "The rate sensor has a finite bandwidth: its reading is delayed and smoothed.",
+        summary: "The rate sensor has a finite bandwidth: its reading is delayed and smoothed. So is that of a tracking converter of a resolver.",
         signature: "The error of the rate channel is proportional to the acceleration.",
         experiment: "Apply voltage steps or a sweep.",
         similar: "A delayed channel, which keeps sharp corners; shaft compliance.",

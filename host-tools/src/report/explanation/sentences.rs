@@ -84,6 +84,7 @@ fn unmet_json(requirement: Requirement) -> Value {
         Requirement::AngleReading => json!({"kind": "needs-angle-reading"}),
         Requirement::ComparedAngle => json!({"kind": "needs-compared-angle"}),
         Requirement::ComparedRate => json!({"kind": "needs-rate"}),
+        Requirement::RateOrSensorAngle => json!({"kind": "needs-rate-or-sensor-angle"}),
         Requirement::ComparedCurrent => json!({"kind": "needs-current"}),
         Requirement::MeasuredTemperature => json!({"kind": "needs-temperature"}),
         Requirement::TemperatureChange => json!({"kind": "needs-temperature-change"}),
@@ -121,6 +122,9 @@ fn unmet(requirement: Requirement) -> &'static str {
         Requirement::AngleReading => "needs the angle among the model's outputs, or a rate that is compared with it",
         Requirement::ComparedAngle => "needs the angle among the model's outputs",
         Requirement::ComparedRate => "needs a measured rate (omega_rad_s)",
+        Requirement::RateOrSensorAngle => {
+            "needs a measured rate (omega_rad_s), or an angle sensor beside a known motion (theta_sensor_rad)"
+        }
         Requirement::ComparedCurrent => "needs a measured current besides the voltage (i_A)",
         Requirement::MeasuredTemperature => "needs the winding temperature (temp_C)",
         Requirement::TemperatureChange => "needs a change of the winding temperature",

@@ -160,6 +160,9 @@ fn depends_on_known_motion(model: &FittedModel, left: &Remainder, criteria: &Ade
     };
     let power = |exponent: i32| omega.iter().map(|w| w.powi(exponent)).collect::<Vec<f64>>();
     let mut families = vec![[power(1), power(2)], [power(3), omega.iter().map(|w| w.abs()).collect()], [alpha, power(4)]];
+    // A slope that varies with the angle, as that of a potentiometer.
+    let theta = centred(&data.input);
+    families.push([1, 2].map(|exponent| theta.iter().zip(&omega).map(|(theta, omega)| theta.powi(exponent) * omega).collect()));
     families.extend((1..=harmonics).flat_map(|order| [wave(order, false), wave(order, true)]));
     let tests = families.len() as f64;
     families.into_iter().any(|family| {

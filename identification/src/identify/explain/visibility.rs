@@ -30,6 +30,7 @@ fn unmet(requirement: Requirement, card: &Card, base: &FittedModel) -> Option<No
         Requirement::ComparedAngle => compared(Channel::Angle),
         Requirement::AngleReading => compared(Channel::Angle) || (input == Input::Motion && compared(Channel::Rate)),
         Requirement::ComparedRate => compared(Channel::Rate),
+        Requirement::RateOrSensorAngle => compared(Channel::Rate) || (input == Input::Motion && compared(Channel::Angle)),
         Requirement::ComparedCurrent => compared(Channel::Current) && input != Input::Current,
         Requirement::MeasuredTemperature => data.temp_C.is_some(),
         // A sensor against a known motion.

@@ -13,7 +13,7 @@ use drive_model::{Reading, Scalar, Structure};
 use drive_rig::RowInput;
 
 use super::prepared_log::{ComparedChannel, PreparedLog};
-use crate::model::Channel;
+use crate::model::{Channel, Input};
 use lag::Lag;
 use past::{SignalHistory, TIME_TOLERANCE_S};
 
@@ -96,7 +96,9 @@ impl<S: Scalar> MeasurementChain<S> {
         if let Some(hz) = channel.filter_hz {
             filter.push(Lag::new(S::from(1.0 / (std::f64::consts::TAU * hz))));
         }
-        let lag_s = structure.lag_s.filter(|_| channel.channel == Channel::Rate);
+        // An angle compared with a known motion is that of a sensor under test.
+        let has_lag = channel.channel == Channel::Rate || (channel.channel == Channel::Angle && data.driven == Input::Motion);
+        let lag_s = structure.lag_s.filter(|_| has_lag);
         filter.extend(lag_s.map(Lag::new));
         let skew_s = structure.skew_s.filter(|_| delayed_channel(data) == Some(index));
         let window_s = channel.mean_before_s.unwrap_or(0.0);
@@ -187,7 +189,11 @@ impl<S: Scalar> MeasurementChain<S> {
         let mut value = measured;
         for filter in &mut self.filter {
             let before = filter.output();
-            value = filter.push(t_s, value, integral);
+            // Before the first row the rate is constant.
+            value = match (before, self.channel) {
+                (None, Channel::Angle) => filter.begin(t_s, value, row.omega),
+                _ => filter.push(t_s, value, integral),
+            };
             integral = integral.zip(before).map(|(integral, before)| filter.output_integral(integral, before, value));
         }
         let Some(history) = &mut self.history else { return Some(value) };

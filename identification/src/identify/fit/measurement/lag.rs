@@ -13,6 +13,13 @@ impl<S: Scalar> Lag<S> {
         Lag { time_constant_s, state: None }
     }
 
+    /// Output at `t_s`, the first row, from the input there, which was a straight line of this slope before.
+    pub(super) fn begin(&mut self, t_s: f64, input: S, slope: S) -> S {
+        let output = input - slope * self.time_constant_s;
+        self.state = Some((t_s, input, output));
+        output
+    }
+
     /// Output at `t_s` from the input there. With `integral`, the integral of the input over the row, the input is the parabola with this integral
     /// and the two values; without it a straight line. Before the first row the input is constant.
     #[inline]
