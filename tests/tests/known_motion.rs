@@ -139,8 +139,9 @@ fn eccentricity_of_the_reference_is_named() {
 
 #[test]
 fn errors_of_the_sensor_under_test_are_found_on_the_stands_own_logs() {
-    // Seeds 1 to 8: scale, bias, cubic nonlinearity, lag, g-sensitivity, mounting, quadratic nonlinearity, none.
-    for seed in 1..=8 {
+    // Seeds 1 to 8: scale, bias, cubic nonlinearity, lag, g-sensitivity, mounting, quadratic nonlinearity, none. With seed 49, a scale, the search comes back to
+    // effects that it had.
+    for seed in (1..=8).chain([49]) {
         let answer = sensor::answer(seed);
         let right = match answer.kind {
             sensor::Kind::None => answer.verdict == "adequate",

@@ -267,6 +267,17 @@ impl Model {
         self.effects.iter().map(ModelEffect::name).chain(self.own.iter().map(|o| o.name.clone())).collect()
     }
 
+    /// The effects without their values, sorted: the harmonic order or number of periods tells effects of one kind apart.
+    pub fn structure(&self) -> Vec<String> {
+        let one = |e: &ModelEffect| {
+            let order = e.card.harmonic_order_index().or(e.card.periodicity_index()).and_then(|k| e.parameters.get(k));
+            order.map_or_else(|| e.card.id.to_owned(), |&k| format!("{} {:.2}", e.card.id, self.parameters[k].value))
+        };
+        let mut all: Vec<String> = self.effects.iter().map(one).chain(self.own.iter().map(|o| o.name.clone())).collect();
+        all.sort();
+        all
+    }
+
     /// All parameters: base, then those of each effect, then those of the user effects.
     pub fn parameters(&self) -> &[ModelParameter] {
         &self.parameters

@@ -3,7 +3,8 @@
 //! In each step every effect is screened, the best are refitted and compared. An effect is added if its gain is significant over everything
 //! that was tried, if it improves BIC, if held-out rows and every single log agree, and if its parameters are physical. After each addition
 //! [`super::eliminate`] removes what is no longer needed. [`super::stop`] ends a search that makes no progress; what was only added in
-//! place of something else is removed.
+//! place of something else is removed. A search that comes back to effects that it had, because of two each is unnecessary beside the other, ends
+//! there: its next steps would be the same.
 
 use super::adequacy::input_between_samples;
 use super::compare::adding_step;
@@ -22,6 +23,7 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
     let criteria = given.context.criteria;
     let mut search = Search { models: vec![given], added: Vec::new(), candidates: Vec::new(), remarks: Vec::new(), tests: 0, doubt: None };
     let mut restarts = 0;
+    let mut visited = Vec::new();
     while search.added.len() < criteria.search.max_added {
         let Some(base) = search.models.last() else { break };
         if input_between_samples(base).is_some() {
@@ -61,6 +63,11 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
         if search.added.len() > 1 {
             eliminate(&mut search)?;
         }
+        let structure = search.models.last().map(|last| last.model.structure());
+        if visited.contains(&structure) {
+            break;
+        }
+        visited.push(structure);
         let misfits = search.chi2_per_n();
         if last_effects_are_insignificant(criteria, &misfits) {
             search.keep(search.added.len() - criteria.search.max_insignificant_in_a_row);
