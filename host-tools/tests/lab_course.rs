@@ -1,7 +1,7 @@
 //! The laboratory course with scripted students: an honest one meets the numerical criteria, cheats do not.
 //!
-//! The honest students of `once-per-turn` and `observers` have arithmetic of their own ([`lab_students`]); those of the other measurements use the reference
-//! procedure, so that they examine truth and U_ref, not the steps of the instructions. That of the hunt runs `stand explain` on each log after an own answer.
+//! The honest students of the works with quantities follow the instructions with arithmetic of their own ([`lab_students`]). That of the
+//! hunt runs `stand explain` on each log after an own answer.
 //! `LAB_SEEDS` sets the number of attempts of the campaign; the default suits CI.
 #![allow(clippy::unwrap_used)]
 
@@ -19,7 +19,7 @@ use host_tools::lab::course::{Lab, Language, works};
 use host_tools::lab::grade::{Grade, Objection, files_of, grade};
 use host_tools::lab::journal::{JOURNAL_FILE, Journal, record_explained};
 use host_tools::lab::judge::Mark;
-use host_tools::lab::measurement::{LOGS_FOLDER, reference};
+use host_tools::lab::measurement::LOGS_FOLDER;
 use host_tools::lab::seal::Key;
 use host_tools::lab::start::start;
 use host_tools::lab::work::MODEL_FILE;
@@ -68,7 +68,12 @@ fn measure(work: &Path, lab: &str, u_factor: f64) {
     let values = match lab {
         "once-per-turn" => lab_students::once_per_turn(&logs),
         "observers" => lab_students::observers(&logs),
-        _ => reference(&Lab::find(lab).unwrap(), &logs).unwrap(),
+        "motor" => lab_students::drive::motor(&logs),
+        "friction" => lab_students::drive::friction(&logs),
+        "gyro" => lab_students::sensors::gyro(&logs),
+        "accelerometer" => lab_students::sensors::accelerometer(&logs),
+        "drift" => lab_students::sensors::drift(&logs),
+        _ => panic!("{lab} has no scripted student"),
     };
     for (name, (value, expanded_u)) in values {
         if let Some(answer) = given.quantities.get_mut(&name) {
@@ -141,7 +146,8 @@ fn honest_student_meets_the_criteria(lab: &str) {
         let grade = graded(&work, &key);
         assert_eq!(grade.objections, [], "{lab} {attempt}");
         for q in &grade.quantities {
-            println!("{lab} {attempt} {}: E_n {:.3}, U/U_ref {:.3}", q.name, q.normalized_error, q.expanded_u / q.reference_u);
+            let ratio = q.expanded_u / q.reference_u;
+            println!("{lab} {attempt} {}: E_n {:.3}, U/U_ref {ratio:.3}, |x − X|/U {:.3}", q.name, q.normalized_error, q.error_ratio);
         }
         if !grade.criteria_met {
             failed += 1;
@@ -193,7 +199,7 @@ fn huge_and_tiny_uncertainty_and_copied_logs_fail_each_measurement() {
     for lab in works().unwrap().into_iter().filter(|lab| lab.hunt().is_none()) {
         let (folder, key) = started(lab.id, "cheat", 1);
         let work = folder.path().join("work");
-        measure(&work, lab.id, 50.0);
+        measure(&work, lab.id, 1e4);
         assert!(check(&work).unwrap().complete, "a check does not look at sizes");
         let wide = graded(&work, &key);
         assert!(!wide.criteria_met && wide.quantities.iter().all(|q| q.mark == Mark::UncertaintyTooLarge), "{}: {wide:?}", lab.id);

@@ -302,10 +302,11 @@ impl Calibrate {
 }
 
 /// The operator at the terminal.
-struct ConsoleOperator;
+pub(super) struct ConsoleOperator;
 
-impl Operator for ConsoleOperator {
-    fn perform(&mut self, instruction: &Instruction, _: &Mounting, _: f64) -> Option<String> {
+impl ConsoleOperator {
+    /// Prints an instruction and waits for the Enter key: the line before it, or `None` at the end of standard input.
+    pub(super) fn confirm(&self, instruction: &str) -> Option<String> {
         let hint = if std::io::stdin().is_terminal() { " Press Enter when done, or type a remark." } else { "" };
         eprintln!("{instruction}{hint}");
         let mut line = String::new();
@@ -313,5 +314,11 @@ impl Operator for ConsoleOperator {
             Ok(count) if count > 0 => Some(line.trim().to_owned()),
             _ => None,
         }
+    }
+}
+
+impl Operator for ConsoleOperator {
+    fn perform(&mut self, instruction: &Instruction, _: &Mounting, _: f64) -> Option<String> {
+        self.confirm(&instruction.to_string())
     }
 }

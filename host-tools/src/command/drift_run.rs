@@ -241,7 +241,7 @@ fn show(spinner: &ProgressBar, progress: DriftSessionProgress) -> bool {
 }
 
 /// Prints the instruction to turn the gyroscope and waits for the Enter key.
-fn confirm_turn(place: &Orientation) -> Result<(), DriftSessionError> {
+pub(super) fn confirm_turn(place: &Orientation) -> Result<(), DriftSessionError> {
     let [turned, raised, rolled] =
         [place.turned_rad, place.raised_rad, place.rolled_rad].map(|rad| crate::report::plain(rad.to_degrees(), 6));
     eprintln!("Turn the gyroscope to {turned}° (raised {raised}°, rolled {rolled}°), level it, then press Enter.");

@@ -3,19 +3,27 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use embassy_futures::block_on;
+use hal_sim::gyro::Orientation;
 use indicatif::ProgressBar;
 
+use super::calibrate::ConsoleOperator;
+use super::drift_run::confirm_turn;
 use super::error::CliError;
 use super::output::{JsonOutput, check_writable, progress_bar, write};
 use super::signals::Interrupts;
+use crate::acquire::link::SerialLink;
 use crate::lab::LabError;
 use crate::lab::archive::{own_files, write_archive};
 use crate::lab::check::{check, read_answers};
 use crate::lab::course::{Lab, Language, works};
-use crate::lab::grade::{files_of, grade};
+use crate::lab::grade::{files_of, grade, grade_on_real_stand};
 use crate::lab::journal::Journal;
+use crate::lab::measurement::Hidden;
 use crate::lab::seal::Key;
-use crate::lab::start::start;
+use crate::lab::stand_recording::WorkOperator;
+use crate::lab::start::{RealStandStart, Started, start};
+use crate::lab::teacher_reference::TeacherReference;
 use crate::lab::work::Work;
 use crate::report::lab as report;
 
@@ -32,7 +40,7 @@ pub(super) enum LabCommand {
     Check(Check),
     /// Write the report of a work for print, and an archive of its files
     Report(Report),
-    /// Judge a work: replay of its measurement, journal, values with their uncertainties. It shows the true values: answers changed later do not count
+    /// Judge a work: origin of its logs, journal, values with their uncertainties. It shows the true values: answers changed later do not count
     Grade(Grade),
 }
 
@@ -72,6 +80,15 @@ pub(super) struct Start {
     /// Language of the texts
     #[arg(long, value_enum, default_value_t = Language::En)]
     language: Language,
+    /// Serial port of a real stand, from which the logs are recorded [default: the simulated stand]
+    #[arg(long, value_name = "P", requires_all = ["reference", "key"])]
+    port: Option<PathBuf>,
+    /// The teacher's reference of a real stand: a TOML file with the values and their uncertainties, or record.json of `stand calibrate`. Keep it from the student; the work folder has only a code of it
+    #[arg(long, value_name = "FILE", requires = "port")]
+    reference: Option<PathBuf>,
+    /// A hunt on a real stand: model of the drive with nothing hidden
+    #[arg(long, value_name = "M", requires = "port")]
+    model: Option<PathBuf>,
     /// The folder to write
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
@@ -104,7 +121,7 @@ pub(super) struct Report {
     json: JsonOutput,
 }
 
-/// Judge a work: replay of its measurement, journal, values with their uncertainties. It shows the true values: answers changed later do not count
+/// Judge a work: origin of its logs, journal, values with their uncertainties. It shows the true values: answers changed later do not count
 #[derive(Debug, Args)]
 pub(super) struct Grade {
     /// The work folder
@@ -112,6 +129,9 @@ pub(super) struct Grade {
     /// The teacher's key, with which the work was started
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
+    /// The teacher's reference of a work on a real stand: the file with which it was started
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
     /// Code that the student got from `stand lab check`, as the teacher noted it: 12 digits or more
     #[arg(long, value_name = "CODE")]
     code: Option<String>,
@@ -130,6 +150,7 @@ impl From<LabError> for CliError {
             LabError::Simulation(error) => error.into(),
             LabError::Log(error) => error.into(),
             LabError::DriftSession(error) => error.into(),
+            LabError::ProfileRecording(error) => error.into(),
             LabError::Definition { .. }
             | LabError::Plan(_)
             | LabError::Hide(_)
@@ -138,10 +159,15 @@ impl From<LabError> for CliError {
             | LabError::DriftReference(_)
             | LabError::OncePerTurnReference
             | LabError::Observer(_)
+            | LabError::NoReferenceValue { .. }
+            | LabError::EndedEarly { .. }
             | LabError::ObserverReference(_) => CliError::Other(error.to_string()),
-            LabError::Unknown { .. } | LabError::Invalid { .. } | LabError::Argument(_) | LabError::ExplainedTooEarly { .. } => {
-                CliError::Input(error.to_string())
-            }
+            LabError::Unknown { .. }
+            | LabError::Invalid { .. }
+            | LabError::Argument(_)
+            | LabError::NotOnRealStand { .. }
+            | LabError::NotPrepared { .. }
+            | LabError::ExplainedTooEarly { .. } => CliError::Input(error.to_string()),
         }
     }
 }
@@ -202,9 +228,33 @@ impl Start {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
         let (lab, key) = (Lab::find(&self.lab)?, read_key(self.key.as_deref())?);
-        let started = with_progress(|progress| start(&lab, (&self.student, self.attempt), key, self.language, &self.out, progress))?;
+        let started = match (&self.port, &self.reference, key) {
+            (Some(port), Some(reference), Some(key)) => self.on_real_stand(&lab, key, port, reference)?,
+            (_, _, key) => with_progress(|progress| start(&lab, (&self.student, self.attempt), key, self.language, &self.out, progress))?,
+        };
         self.json.text(&report::started_text(&started, &self.out.display().to_string()))?;
         self.json.json(|| report::started_json(&started))
+    }
+
+    fn on_real_stand(&self, lab: &Lab, key: Key, port: &Path, reference: &Path) -> Result<Started, CliError> {
+        let reference = TeacherReference::read(reference, lab)?;
+        let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e));
+        let model = self.model.as_ref().map(read).transpose()?;
+        let student = (self.student.as_str(), self.attempt);
+        let prepared = RealStandStart::new(lab, student, key, (&reference, model.as_deref()), self.language, &self.out)?;
+        let mut link = SerialLink::open(port)?;
+        with_progress(|progress| block_on(prepared.run(&mut link, &mut ConsoleOperator, progress)))
+    }
+}
+
+impl WorkOperator for ConsoleOperator {
+    fn turn_gyroscope(&mut self, place: &Orientation) -> bool {
+        confirm_turn(place).is_ok()
+    }
+
+    fn prepare_log(&mut self, hidden: &Hidden) -> bool {
+        let present: Vec<&str> = hidden.present.iter().map(String::as_str).collect();
+        self.confirm(&format!("Log {}: prepare the stand: {} ({}).", hidden.log, hidden.description, present.join(", "))).is_some()
     }
 }
 
@@ -213,8 +263,8 @@ impl Check {
         self.json.check()?;
         let work = Work::read(&self.folder)?;
         let checked = check(&self.folder)?;
-        self.json.text(&report::checked_text(&checked, &work.lab()?, work.language))?;
-        self.json.json(|| report::checked_json(&checked))
+        self.json.text(&report::checked_text(&checked, &work.lab()?, &work))?;
+        self.json.json(|| report::checked_json(&checked, &work))
     }
 }
 
@@ -248,7 +298,10 @@ impl Grade {
         self.json.check()?;
         self.html.as_deref().map_or(Ok(()), check_writable)?;
         let key = read_key(self.key.as_deref())?;
-        let graded = with_progress(|progress| grade(&self.folder, key, self.code.as_deref(), progress))?;
+        let graded = match &self.reference {
+            Some(reference) => grade_on_real_stand(&self.folder, key, reference, self.code.as_deref())?,
+            None => with_progress(|progress| grade(&self.folder, key, self.code.as_deref(), progress))?,
+        };
         self.json.text(&report::grade_text(&graded))?;
         if let Some(path) = &self.html {
             write(path, &report::grade_html(&graded, &graded.work.lab()?, &read_answers(&self.folder)?))?;

@@ -3,6 +3,9 @@
 //! A folder `labs/NN-name` has `lab.toml` (device, measurement, quantities, questions: [`Lab`]), `en.md` and `uk.md` (aim, theory, steps), and, where the work
 //! records a session, `session.toml`. A work is in [`works`] only if it can be started and graded.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
 use clap::ValueEnum;
 use serde::Deserialize;
 
@@ -231,6 +234,8 @@ pub struct Lab {
     /// The questions.
     pub questions: Vec<Question>,
     files: Files,
+    /// Session or model: that of the course, or that of a real stand.
+    data: Cow<'static, str>,
 }
 
 /// The embedded files of a work.
@@ -274,7 +279,85 @@ impl Lab {
     fn of(files: Files) -> Result<Self, LabError> {
         let wrong = |message: String| LabError::Definition { lab: files.id.to_owned(), message };
         let Definition { title, task, questions } = toml::from_str(files.definition).map_err(|e| wrong(e.to_string()))?;
-        Ok(Lab { id: files.id, number: files.number, title, task, questions, files })
+        Ok(Lab { id: files.id, number: files.number, title, task, questions, files, data: Cow::Borrowed(files.data) })
+    }
+
+    /// The work on a real stand: `known` replaces what the texts state of the simulated stand, and a hunt has the model of the real drive.
+    ///
+    /// # Errors
+    /// A value that the work does not have; values that only the real stand has are missing; an invalid model.
+    pub fn on_real_stand(mut self, known: &BTreeMap<String, f64>, model: Option<&str>) -> Result<Self, LabError> {
+        if let Some(name) = known.keys().find(|name| !self.known_names().contains(&name.as_str())) {
+            let names = self.known_names().join(", ");
+            return Err(LabError::Argument(format!(
+                "known.{name}: the work `{}` has {}",
+                self.id,
+                if names.is_empty() { "no such values".to_owned() } else { format!("only {names}") }
+            )));
+        }
+        if let Some(name) = self.required_names().iter().find(|name| !known.contains_key(**name)) {
+            return Err(LabError::Argument(format!(
+                "known.{name} is missing: the value in the text of the work `{}` is that of the simulated stand",
+                self.id
+            )));
+        }
+        if model.is_some() != self.hunt().is_some() {
+            return Err(LabError::Argument(match model {
+                Some(_) => format!("the work `{}` has no model", self.id),
+                None => "a hunt on a real stand needs the model of the stand with nothing hidden (--model)".to_owned(),
+            }));
+        }
+        let value = |name: &str| known.get(name).copied().unwrap_or(f64::NAN);
+        match &mut self.task {
+            Task::Session(_) => {
+                let wrong = |e: toml_edit::TomlError| LabError::Definition { lab: self.id.to_owned(), message: e.to_string() };
+                let mut document: toml_edit::DocumentMut = self.data.parse().map_err(wrong)?;
+                for (name, value) in known {
+                    document["known"][name] = toml_edit::value(*value);
+                }
+                self.data = Cow::Owned(document.to_string());
+            }
+            Task::Friction(task) => {
+                task.motor_constant_N_m_A = value("motor_constant_N_m_A");
+                task.motor_constant_percent = value("motor_constant_percent");
+                task.current_percent = value("current_percent");
+            }
+            Task::OncePerTurn(task) => {
+                task.inertia_kg_m2 = value("inertia_kg_m2");
+                task.inertia_percent = value("inertia_percent");
+            }
+            Task::Drift(task) => task.latitude_deg = value("latitude_deg"),
+            Task::Observers(_) => {}
+            Task::Hunt(_) => {
+                let model = model.unwrap_or_default();
+                crate::model::Model::parse(model, "model.toml").map_err(|e| LabError::Argument(e.to_string()))?;
+                self.data = Cow::Owned(model.to_owned());
+            }
+        }
+        Ok(self)
+    }
+
+    /// Values of a real stand that the text of a work states and a log does not show.
+    fn known_names(&self) -> &'static [&'static str] {
+        match &self.task {
+            // The table `[known]` of a session.
+            Task::Session(task) => match task.device {
+                DutKind::Drive => &["crystal_ppm", "current_percent", "supply_percent"],
+                DutKind::Gyro => &["crystal_ppm", "misalignment_deg", "level_deg", "g_sensitivity_deg_s_g"],
+                DutKind::Accel => &["crystal_ppm", "radius_error_m", "level_deg", "gravity_m_s2"],
+            },
+            _ => self.required_names(),
+        }
+    }
+
+    /// Those of [`Lab::known_names`] that must be given, because the value in the text is that of the simulated stand.
+    fn required_names(&self) -> &'static [&'static str] {
+        match &self.task {
+            Task::Friction(_) => &["motor_constant_N_m_A", "motor_constant_percent", "current_percent"],
+            Task::OncePerTurn(_) => &["inertia_kg_m2", "inertia_percent"],
+            Task::Drift(_) => &["latitude_deg"],
+            Task::Session(_) | Task::Observers(_) | Task::Hunt(_) => &[],
+        }
     }
 
     /// The work with this identifier or number.
@@ -294,12 +377,22 @@ impl Lab {
         }
     }
 
+    /// What is different on a real stand, for the instructions: a template with `{stand}`, `{source}` and, for values, `{known}`.
+    pub fn real_stand_text(&self, language: Language) -> &'static str {
+        match (language, self.hunt()) {
+            (Language::En, None) => include_str!("../../../labs/real-stand/en.md"),
+            (Language::Uk, None) => include_str!("../../../labs/real-stand/uk.md"),
+            (Language::En, Some(_)) => include_str!("../../../labs/real-stand/hunt-en.md"),
+            (Language::Uk, Some(_)) => include_str!("../../../labs/real-stand/hunt-uk.md"),
+        }
+    }
+
     /// The session of a [`Task::Session`].
     ///
     /// # Errors
     /// The session is invalid.
     pub fn session(&self, device: DutKind) -> Result<PreparedSession, LabError> {
-        Ok(PreparedSession::new(Some(self.files.data), device, SessionChanges::default())?)
+        Ok(PreparedSession::new(Some(&self.data), device, SessionChanges::default())?)
     }
 
     /// The effects of the model of a [`Task::Hunt`]; empty for other works.
@@ -310,8 +403,8 @@ impl Lab {
     }
 
     /// The model file of a [`Task::Hunt`].
-    pub fn model(&self) -> &'static str {
-        self.files.data
+    pub fn model(&self) -> &str {
+        &self.data
     }
 
     /// The quantities to be measured; none in a hunt.

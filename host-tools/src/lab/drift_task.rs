@@ -51,16 +51,8 @@ pub(super) fn truth(task: &DriftTask, seed: u64) -> BTreeMap<String, f64> {
     .into()
 }
 
-/// The log of the measurement, named `path`; `noise` is the seed of its noise.
-///
-/// # Errors
-/// Interrupted, or the simulated stand does not run.
-pub(super) fn record(
-    task: &DriftTask,
-    (device, noise): (u64, u64),
-    path: &Path,
-    on_progress: impl FnMut(f64) -> bool,
-) -> Result<Log, LabError> {
+/// The measurement.
+pub(super) fn request() -> DriftSessionRequest {
     let plan = CyclePlan {
         shape: "RECTangular",
         reversed: false,
@@ -71,7 +63,7 @@ pub(super) fn record(
         cycles: CYCLES,
     };
     let turned = |degrees: f64| Orientation { turned_rad: degrees.to_radians(), ..Orientation::default() };
-    let request = DriftSessionRequest {
+    DriftSessionRequest {
         plan,
         rates_rad_s: RATES_DEG_S.map(f64::to_radians).to_vec(),
         positions: vec![turned(0.0), turned(180.0)],
@@ -79,7 +71,20 @@ pub(super) fn record(
         rounds: ROUNDS,
         turn_by_drive: false,
         keep_rows: true,
-    };
+    }
+}
+
+/// The log of the measurement, named `path`; `noise` is the seed of its noise.
+///
+/// # Errors
+/// Interrupted, or the simulated stand does not run.
+pub(super) fn record(
+    task: &DriftTask,
+    (device, noise): (u64, u64),
+    path: &Path,
+    on_progress: impl FnMut(f64) -> bool,
+) -> Result<Log, LabError> {
+    let request = request();
     let on_progress = RefCell::new(on_progress);
     let progress = |p: DriftSessionProgress| on_progress.borrow_mut()((p.visit as f64 - 1.0) / p.visits as f64);
     let recording = simulate(drawn(task, device), noise, &request, progress)?;

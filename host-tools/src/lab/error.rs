@@ -7,6 +7,7 @@ use crate::acquire::calibration_session::PlanError;
 use crate::acquire::calibration_session::error::RunError;
 use crate::acquire::drift_session::DriftSessionError;
 use crate::acquire::hidden::HideError;
+use crate::acquire::profile_recording::ProfileRecordingError;
 use crate::acquire::simulation::SimulationError;
 use crate::calibrate::CalibrateError;
 use crate::drift::error::DriftError;
@@ -60,6 +61,39 @@ pub enum LabError {
         /// The work folder.
         folder: PathBuf,
     },
+    /// A work that a real stand cannot have.
+    #[error("the work `{lab}` is not available on a real stand: {reason}")]
+    NotOnRealStand {
+        /// Identifier of the work.
+        lab: String,
+        /// Why.
+        reason: &'static str,
+    },
+    /// A log of a real stand is not complete.
+    #[error("{log}: the recording ended early: {reason}; no work was started")]
+    EndedEarly {
+        /// The log.
+        log: String,
+        /// Why.
+        reason: String,
+    },
+    /// The reference procedure does not give a quantity.
+    #[error(
+        "the reference procedure gives no {name} on the recorded logs, so that the work could not be judged: the steps do not suit this drive or device"
+    )]
+    NoReferenceValue {
+        /// The quantity.
+        name: String,
+    },
+    /// The stand was not prepared for a log of a hunt.
+    #[error("{log}: it was not confirmed that the stand is prepared; no work was started")]
+    NotPrepared {
+        /// The log.
+        log: String,
+    },
+    /// A profile cannot be recorded.
+    #[error(transparent)]
+    ProfileRecording(#[from] ProfileRecordingError),
     /// The definition of a work is wrong: an error of this program, which a test excludes.
     #[error("the work `{lab}` is defined wrongly: {message}")]
     Definition {

@@ -99,15 +99,19 @@ pub(super) fn truth(task: &FrictionTask, seed: u64) -> BTreeMap<String, f64> {
     .into()
 }
 
+/// Profile of log number `k` of [`LOGS`].
+pub(super) fn profile(task: &FrictionTask, k: usize) -> ProfileConfig {
+    let run = &task.runs[k];
+    ProfileConfig { levels: run.levels, dwell_s: run.dwell_s, ..ProfileConfig::new(ProfileKind::Staircase, run.amplitude_rad_s, 1) }
+}
+
 /// Log number `k` of [`LOGS`], named `path`.
 ///
 /// # Errors
 /// The stand cannot be simulated.
 pub(super) fn record(task: &FrictionTask, k: usize, (device, noise): (u64, u64), path: &Path) -> Result<Log, LabError> {
-    let run = &task.runs[k];
-    let profile =
-        ProfileConfig { levels: run.levels, dwell_s: run.dwell_s, ..ProfileConfig::new(ProfileKind::Staircase, run.amplitude_rad_s, 1) };
-    Ok(simulate(&drawn(task, device).0, SessionRequest { mode: Mode::Rate, profile, seconds: run.seconds, seed: noise }, path)?)
+    let request = SessionRequest { mode: Mode::Rate, profile: profile(task, k), seconds: task.runs[k].seconds, seed: noise };
+    Ok(simulate(&drawn(task, device).0, request, path)?)
 }
 
 /// Value and expanded uncertainty by the reference procedure; `None` where the plateaus do not determine the law.

@@ -29,8 +29,17 @@ pub enum Mark {
     UncertaintyTooLarge,
     /// The uncertainty does not cover the error, although the value is near the reference.
     UncertaintyTooSmall,
+    /// Agrees with a reference on a real stand, whose own uncertainty is too great to test so small a U.
+    UncertaintyNotTested,
     /// No value, or no uncertainty.
     NotFilledIn,
+}
+
+impl Mark {
+    /// The value meets the numerical criteria.
+    pub fn agrees(self) -> bool {
+        matches!(self, Mark::Good | Mark::UncertaintyNotTested)
+    }
 }
 
 /// A judged value.
@@ -45,12 +54,15 @@ pub struct JudgedQuantity {
     /// The student's expanded uncertainty.
     #[serde(rename = "U")]
     pub expanded_u: f64,
-    /// True value of the simulated device.
+    /// True value of the simulated device, or value of the teacher's reference.
     pub reference: f64,
+    /// Expanded uncertainty of the teacher's reference; 0 for a simulated device, whose true value is exact.
+    #[serde(rename = "U_X")]
+    pub true_value_u: f64,
     /// Expanded uncertainty of the reference procedure on the same logs.
     #[serde(rename = "U_ref")]
     pub reference_u: f64,
-    /// |x − X|/√(U² + U_ref²).
+    /// |x − X|/√(U² + U_ref²); on a real stand |x − X|/√(U² + U_X²).
     pub normalized_error: f64,
     /// Greatest permitted U.
     #[serde(rename = "U_limit")]
@@ -82,6 +94,33 @@ pub fn mark((value, expanded_u): (f64, f64), (reference, reference_u): (f64, f64
     } else {
         Mark::Good
     }
+}
+
+/// The mark of a value `value` ± `expanded_u` beside a reference X ± U_X; `procedure_u` is U_ref, the uncertainty of the reference procedure on the same logs.
+///
+/// The error x − X has the expanded uncertainty √(U² + U_X²), so that E_n with this denominator is already the test of the stated U: four standard uncertainties,
+/// the limit for an exact X ([`MAX_ERROR_RATIO`]), would be 2 √(U² + U_X²), which E_n ≤ 1 excludes. A limit of |x − X| by U alone would be wrong, since the error
+/// of X is not the student's. What remains is what X cannot test: an error of 2 U has E_n ≤ 1 where 2 U ≤ √(U² + U_X²), that is U ≤ U_X/√3.
+pub fn mark_on_real_stand((value, expanded_u): (f64, f64), (reference, reference_u): (f64, f64), procedure_u: f64) -> Mark {
+    let error = normalized_error(value, expanded_u, reference, reference_u);
+    if error.is_nan() || expanded_u.is_nan() {
+        Mark::NotFilledIn
+    } else if expanded_u > MAX_UNCERTAINTY_RATIO * procedure_u {
+        Mark::UncertaintyTooLarge
+    } else if error > MAX_REPEATED_ERROR {
+        Mark::Wrong
+    } else if error > MAX_GOOD_ERROR {
+        Mark::Repeat
+    } else if expanded_u < least_tested_u(reference_u) {
+        Mark::UncertaintyNotTested
+    } else {
+        Mark::Good
+    }
+}
+
+/// Smallest U that a reference with the expanded uncertainty `reference_u` tests: below, an error of [`MAX_ERROR_RATIO`] U has E_n ≤ 1.
+pub fn least_tested_u(reference_u: f64) -> f64 {
+    reference_u / (MAX_ERROR_RATIO * MAX_ERROR_RATIO - 1.0).sqrt()
 }
 
 /// Brier score of the stated probabilities: Σ (p − o)² over the classes, o = 1 for a class that is present and 0 for others. A class without a probability has
@@ -148,6 +187,29 @@ mod tests {
         for given in [(f64::NAN, 0.1), (5.0, f64::NAN), (f64::NAN, f64::NAN)] {
             assert_eq!(mark(given, (5.0, 0.1)), Mark::NotFilledIn);
         }
+    }
+
+    /// U_X = 1, U_ref = 1.
+    #[test]
+    fn reference_with_an_uncertainty_bears_its_part_of_the_error() {
+        let of = |value: f64, u: f64| mark_on_real_stand((value, u), (0.0, 1.0), 1.0);
+        assert_eq!(of(1.4, 1.0), Mark::Good);
+        assert_eq!(of(1.5, 1.0), Mark::Repeat);
+        assert_eq!(of(2.2, 1.0), Mark::Wrong);
+        assert_eq!(of(0.0, 2.1), Mark::UncertaintyTooLarge);
+        assert_eq!(of(0.9, 1e-9), Mark::UncertaintyNotTested);
+        assert_eq!(of(1.1, 1e-9), Mark::Repeat);
+        assert_eq!(of(f64::NAN, 1.0), Mark::NotFilledIn);
+        assert!(Mark::UncertaintyNotTested.agrees() && !Mark::Repeat.agrees());
+    }
+
+    /// At the smallest tested U an error of 2 U has E_n = 1.
+    #[test]
+    fn smallest_tested_uncertainty_is_where_an_error_of_two_u_is_the_limit() {
+        let u = least_tested_u(0.3);
+        assert!((normalized_error(MAX_ERROR_RATIO * u, u, 0.0, 0.3) - 1.0).abs() < 1e-12);
+        assert_eq!(mark_on_real_stand((0.0, 1.001 * u), (0.0, 0.3), 1.0), Mark::Good);
+        assert_eq!(mark_on_real_stand((0.0, 0.999 * u), (0.0, 0.3), 1.0), Mark::UncertaintyNotTested);
     }
 
     #[test]

@@ -31,7 +31,7 @@ use hal_sim::plant::Stand;
 /// Folder of the logs in a work folder.
 pub const LOGS_FOLDER: &str = "logs";
 /// Name of the log of a drift work.
-const DRIFT_LOG: &str = "drift.parquet";
+pub(super) const DRIFT_LOG: &str = "drift.parquet";
 /// Name of the log of a work on observers, and the column of its measurement.
 const ELEMENT_LOG: &str = "element.parquet";
 const ANGLE_COLUMN: &str = "angle_sensor_V";

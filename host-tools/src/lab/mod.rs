@@ -4,6 +4,9 @@
 //! [`start`] fills a work folder with logs, instructions and a table of answers; [`check`] examines the answers without the true values and
 //! records their hash in a chained journal ([`journal`]); [`grade`] replays the measurement with the key, compares the logs, and judges the answers ([`judge`]).
 //!
+//! On a real stand the logs are recorded over a connection ([`stand_recording`]), the folder has their sealed hashes ([`real_stand`]) in place of a replay, and the
+//! values are compared with the teacher's reference ([`teacher_reference`]).
+//!
 //! Limits: the true values of a simulated device follow from key, work, student and attempt, so that whoever has the key has them. The journal shows edits of
 //! entries; a student who writes the whole journal anew is found only by a code that was noted elsewhere. docs/laboratory-course.md describes both.
 
@@ -22,8 +25,11 @@ pub mod judge;
 pub mod measurement;
 mod observers_task;
 mod once_per_turn_task;
+pub mod real_stand;
 pub mod seal;
+pub mod stand_recording;
 pub mod start;
+pub mod teacher_reference;
 pub mod work;
 
 pub use error::LabError;

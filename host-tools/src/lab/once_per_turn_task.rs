@@ -106,14 +106,19 @@ pub(super) fn truth(task: &OncePerTurnTask, seed: u64) -> BTreeMap<String, f64> 
     sines.flat_map(|(sine, [size, phase])| [(size.to_owned(), sine.amplitude), (phase.to_owned(), sine.phase_rad.to_degrees())]).collect()
 }
 
+/// Profile of log number `k` of [`LOGS`].
+pub(super) fn profile(task: &OncePerTurnTask, k: usize) -> ProfileConfig {
+    let voltage_V = task.voltages_V[k / 2] * if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+    ProfileConfig::new(ProfileKind::Constant, voltage_V, 1)
+}
+
 /// Log number `k` of [`LOGS`], named `path`.
 ///
 /// # Errors
 /// The stand cannot be simulated.
 pub(super) fn record(task: &OncePerTurnTask, k: usize, (device, noise): (u64, u64), path: &Path) -> Result<Log, LabError> {
-    let voltage_V = task.voltages_V[k / 2] * if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-    let profile = ProfileConfig::new(ProfileKind::Constant, voltage_V, 1);
-    Ok(simulate(&drawn(task, device).0, SessionRequest { mode: Mode::Voltage, profile, seconds: task.seconds, seed: noise }, path)?)
+    let request = SessionRequest { mode: Mode::Voltage, profile: profile(task, k), seconds: task.seconds, seed: noise };
+    Ok(simulate(&drawn(task, device).0, request, path)?)
 }
 
 /// Rows of a log after settling.

@@ -74,6 +74,12 @@ impl Key {
         let code = self.authenticate(message.as_bytes());
         code[..8].iter().fold(0, |seed, byte| seed << 8 | u64::from(*byte))
     }
+
+    /// The authentication code of a content for a purpose of an attempt, in hexadecimal. Only the key gives it.
+    pub fn code(&self, attempt: &Attempt, purpose: &str, content: &str) -> String {
+        let message = [CONTEXT, &attempt.lab, &attempt.student, &attempt.number.to_string(), purpose, content].join("\0");
+        hexadecimal(&self.authenticate(message.as_bytes()))
+    }
 }
 
 impl std::fmt::Debug for Key {
@@ -135,6 +141,20 @@ mod tests {
         ];
         assert!(!changed.contains(&given));
         assert_eq!(given, key.seed(&attempt("motor", "anna", 1), "device"));
+    }
+
+    #[test]
+    fn code_depends_on_key_attempt_purpose_and_content() {
+        let (key, other, anna) = (Key(vec![1; 32]), Key(vec![2; 32]), attempt("motor", "anna", 1));
+        let given = key.code(&anna, "reference", "a");
+        let changed = [
+            other.code(&anna, "reference", "a"),
+            key.code(&attempt("motor", "anna", 2), "reference", "a"),
+            key.code(&anna, "real stand", "a"),
+            key.code(&anna, "reference", "b"),
+        ];
+        assert!(!changed.contains(&given));
+        assert_eq!(given, key.code(&anna, "reference", "a"));
     }
 
     #[test]

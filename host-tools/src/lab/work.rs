@@ -2,7 +2,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `work.toml` | work, student, attempt, whether it is sealed, build |
+//! | `work.toml` | work, student, attempt, whether it is sealed, build; on a real stand [`RealStand`] |
 //! | `instructions.md` | aim, theory, steps |
 //! | `answers.toml` | the table to fill in |
 //! | `logs/` | the measurement |
@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::LabError;
 use super::course::{Lab, Language};
 use super::journal::file_sha256;
+use super::real_stand::RealStand;
 use super::seal::{Attempt, Key};
 
 /// Name of the file that describes the work.
@@ -29,7 +30,7 @@ pub const MODEL_FILE: &str = "model.toml";
 const MAX_NAME: usize = 100;
 
 /// Description of the work in a folder.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Work {
     /// Identifier of the work.
@@ -44,6 +45,9 @@ pub struct Work {
     pub language: Language,
     /// Build that recorded the logs.
     pub build: String,
+    /// The real stand on which the logs were recorded; `None`: the simulated one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub real_stand: Option<RealStand>,
 }
 
 impl Work {
@@ -67,9 +71,13 @@ impl Work {
     /// The work of the course.
     ///
     /// # Errors
-    /// There is no such work.
+    /// There is no such work; values of the real stand that do not suit it.
     pub fn lab(&self) -> Result<Lab, LabError> {
-        Lab::find(&self.lab)
+        let lab = Lab::find(&self.lab)?;
+        match &self.real_stand {
+            Some(stand) => lab.on_real_stand(&stand.known, stand.model.as_deref()),
+            None => Ok(lab),
+        }
     }
 
     /// The key of a practice work, or the given one of a sealed work.

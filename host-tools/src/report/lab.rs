@@ -16,8 +16,9 @@ use crate::lab::check::Checked;
 use crate::lab::course::{Lab, Language, When};
 use crate::lab::grade::Grade;
 use crate::lab::journal::{ChainError, Journal};
-use crate::lab::judge::Mark;
-use crate::lab::start::Started;
+use crate::lab::judge::{JudgedQuantity, MAX_GOOD_ERROR, Mark, least_tested_u};
+use crate::lab::real_stand::{RealStand, StandIdentity};
+use crate::lab::start::{ReferenceCheck, Started};
 use crate::lab::work::Work;
 
 /// Digits of a normalised error and of a score.
@@ -56,14 +57,36 @@ pub fn started_text(started: &Started, folder: &str) -> String {
     } else {
         "practice work: its true values are public; a work that counts is started by the teacher with --key".to_owned()
     };
-    format!(
-        "{}: {}, {}, attempt {}\n{seal}\nfiles: {}\nNext: read {folder}/instructions.md.\n",
-        folder,
-        started.title,
-        work.student,
-        work.attempt,
-        started.files.join(", ")
-    )
+    let mut text = format!("{}: {}, {}, attempt {}\n{seal}\n", folder, started.title, work.student, work.attempt);
+    if let Some(stand) = &work.real_stand {
+        text += &format!("{}; the folder has a code of this reference and none of its values\n", stand_text(stand, Language::En));
+    }
+    for check in &started.reference_checks {
+        text += &reference_check_text(check);
+    }
+    text + &format!("files: {}\nNext: read {folder}/instructions.md.\n", started.files.join(", "))
+}
+
+/// The stand and where the reference values are from.
+fn stand_text(stand: &RealStand, language: Language) -> String {
+    let w = words_of(language);
+    format!("{}: {}; {}: {}", w.real_stand, stand.identity, w.reference_source, stand.reference_source)
+}
+
+/// What the teacher should know of a reference value before the work is handed out; empty where it suits the logs.
+fn reference_check_text(check: &ReferenceCheck) -> String {
+    let (name, error) = (&check.name, significant(check.normalized_error, DIGITS));
+    let mut text = String::new();
+    if check.normalized_error > MAX_GOOD_ERROR {
+        text += &format!(
+            "warning: {name}: the reference procedure on these logs deviates from the reference, E_n = {error}: check mounting and reference\n"
+        );
+    }
+    if check.procedure_u < least_tested_u(check.reference_u) {
+        let [reference, procedure] = [check.reference_u, check.procedure_u].map(|u| significant(u, 2));
+        text += &format!("note: {name}: the reference (U {reference}) does not test the uncertainty of these logs (U_ref {procedure})\n");
+    }
+    text
 }
 
 #[derive(Serialize)]
@@ -72,17 +95,21 @@ struct StartedJson<'a> {
     work: &'a Work,
     files: &'a [String],
     code: &'a str,
+    reference_checks: &'a [ReferenceCheck],
 }
 
 /// A started work as JSON.
 pub fn started_json(started: &Started) -> Value {
-    value(&StartedJson { work: &started.work, files: &started.files, code: &started.code })
+    value(&StartedJson { work: &started.work, files: &started.files, code: &started.code, reference_checks: &started.reference_checks })
 }
 
 /// A check of a work as text.
-pub fn checked_text(checked: &Checked, lab: &Lab, language: Language) -> String {
+pub fn checked_text(checked: &Checked, lab: &Lab, work: &Work) -> String {
+    let language = work.language;
     let w = words_of(language);
-    let mut text: String = checked.problems.iter().map(|problem| format!("{}\n", problem_text(problem, language))).collect();
+    let stand = work.real_stand.as_ref().map_or(String::new(), |stand| format!("{}\n", stand_text(stand, language)));
+    let mut text: String = stand;
+    text.extend(checked.problems.iter().map(|problem| format!("{}\n", problem_text(problem, language))));
     let state = match (checked.complete, checked.before_complete) {
         (true, _) => w.all_complete,
         (false, true) => w.before_complete,
@@ -95,9 +122,25 @@ pub fn checked_text(checked: &Checked, lab: &Lab, language: Language) -> String 
     text + &format!("{} {}\n", w.code_to_note, &checked.code[..16])
 }
 
+#[derive(Serialize)]
+struct CheckedJson<'a> {
+    #[serde(flatten)]
+    checked: &'a Checked,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    real_stand: Option<CheckedStandJson<'a>>,
+}
+
+#[derive(Serialize)]
+struct CheckedStandJson<'a> {
+    identity: &'a StandIdentity,
+    reference_source: &'a str,
+}
+
 /// A check as JSON.
-pub fn checked_json(checked: &Checked) -> Value {
-    value(checked)
+pub fn checked_json(checked: &Checked, work: &Work) -> Value {
+    let real_stand =
+        work.real_stand.as_ref().map(|stand| CheckedStandJson { identity: &stand.identity, reference_source: &stand.reference_source });
+    value(&CheckedJson { checked, real_stand })
 }
 
 /// The student's own files of an archive as text; empty where there are none.
@@ -118,14 +161,17 @@ pub fn grade_text(grade: &Grade) -> String {
     let w = words_of(work.language);
     let seal = if work.sealed { w.sealed } else { w.not_sealed };
     let mut text = format!("{}, {}, {} {}, {seal}\n", work.lab, work.student, w.attempt, work.attempt);
+    if let Some(stand) = &work.real_stand {
+        text += &format!("{}\n", stand_text(stand, work.language));
+    }
     for q in &grade.quantities {
         text += &format!(
             "  {:24} {} {}  {} {}  E_n = {}  |x − X|/U = {}  U ≤ {}  {}\n",
             q.name,
             with_sigma(q.value, q.expanded_u),
             q.unit,
-            w.true_value,
-            significant(q.reference, 5),
+            if work.real_stand.is_some() { w.reference } else { w.true_value },
+            reference_text(q, 5),
             significant(q.normalized_error, DIGITS),
             significant(q.error_ratio, DIGITS),
             significant(q.u_limit, 2),
@@ -145,7 +191,17 @@ pub fn grade_text(grade: &Grade) -> String {
         text += &format!("{}: {}\n", w.objection, objection_text(objection, work.language));
     }
     let criteria = if grade.criteria_met { w.criteria_met } else { w.criteria_not_met };
-    text + &format!("{criteria} {}\n{} {}\n", w.left_to_the_teacher, w.truth_shown, next_attempt(work))
+    let next = match (&work.real_stand, grade.values_shown) {
+        (None, _) => format!("{} {}", w.truth_shown, next_attempt(work)),
+        (Some(_), true) => w.reference_shown.to_owned(),
+        (Some(_), false) => w.nothing_shown.to_owned(),
+    };
+    text + &format!("{criteria} {}\n{next}\n", w.left_to_the_teacher)
+}
+
+/// X, with U_X where it has one.
+fn reference_text(q: &JudgedQuantity, digits: u32) -> String {
+    if q.true_value_u > 0.0 { with_sigma(q.reference, q.true_value_u) } else { significant(q.reference, digits) }
 }
 
 #[derive(Serialize)]
@@ -170,19 +226,26 @@ pub fn grade_html(grade: &Grade, lab: &Lab, answers: &Answers) -> String {
     if !work.sealed {
         page.paragraph(Class::Warning, w.practice);
     }
+    if let Some(stand) = &work.real_stand {
+        page.text(stand_text(stand, work.language));
+    }
+    if work.real_stand.is_some() && !grade.values_shown {
+        page.paragraph(Class::Warning, w.nothing_shown);
+    }
     if !grade.objections.is_empty() {
         page.section(w.objections, |page| page.list(grade.objections.iter().map(|o| objection_text(o, work.language))));
     }
     if !grade.quantities.is_empty() {
         page.section(w.values, |page| {
-            let mut table = Table::new([w.quantity, "x ± U", w.unit, w.true_value, "U_ref", "E_n", "|x − X|/U", w.mark]);
+            let reference = if work.real_stand.is_some() { "X ± U_X" } else { w.true_value };
+            let mut table = Table::new([w.quantity, "x ± U", w.unit, reference, "U_ref", "E_n", "|x − X|/U", w.mark]);
             for q in &grade.quantities {
                 let class = if q.mark == Mark::Good { Class::Good } else { Class::Warning };
                 table.row([
                     Cell::code(&q.name),
                     Cell::number(with_sigma(q.value, q.expanded_u)),
                     Cell::text(&q.unit),
-                    Cell::number(significant(q.reference, 6)),
+                    Cell::number(reference_text(q, 6)),
                     Cell::number(significant(q.reference_u, 2)),
                     Cell::number(significant(q.normalized_error, DIGITS)),
                     Cell::number(significant(q.error_ratio, DIGITS)),
@@ -190,7 +253,7 @@ pub fn grade_html(grade: &Grade, lab: &Lab, answers: &Answers) -> String {
                 ]);
             }
             page.table(table);
-            page.paragraph(Class::Faint, rule_text(work.language));
+            page.paragraph(Class::Faint, rule_text(work.language, work.real_stand.is_some()));
         });
         budgets(&mut page, lab, work.language, answers);
     }
@@ -252,6 +315,9 @@ pub fn report_html(work: &Work, lab: &Lab, answers: &Answers, journal: &Result<J
     page.paragraph(Class::Lead, format!("{}: {}, {} {}", w.student, work.student, w.attempt, work.attempt));
     if !work.sealed {
         page.paragraph(Class::Warning, w.practice);
+    }
+    if let Some(stand) = &work.real_stand {
+        page.text(stand_text(stand, work.language));
     }
     match lab.hunt() {
         None => page.section(w.values, |page| {

@@ -48,6 +48,11 @@ pub(super) struct Words {
     pub(super) criteria_not_met: &'static str,
     pub(super) left_to_the_teacher: &'static str,
     pub(super) truth_shown: &'static str,
+    pub(super) reference_shown: &'static str,
+    pub(super) nothing_shown: &'static str,
+    pub(super) real_stand: &'static str,
+    pub(super) reference: &'static str,
+    pub(super) reference_source: &'static str,
     pub(super) all_complete: &'static str,
     pub(super) before_complete: &'static str,
     pub(super) open_above: &'static str,
@@ -96,6 +101,11 @@ const EN: Words = Words {
     criteria_not_met: "Numerical criteria: not met.",
     left_to_the_teacher: "Answers in words and the conclusion are for the teacher to judge.",
     truth_shown: "The true values of this attempt were shown: answers that are changed from now on do not count. A new attempt has another device:",
+    reference_shown: "The reference values of this work were shown: answers that are changed from now on do not count. A new attempt on the same device has the same reference: give the student another device.",
+    nothing_shown: "The logs, the description or the reference are not those of the start: no value was judged or shown.",
+    real_stand: "real stand",
+    reference: "reference",
+    reference_source: "reference values",
     all_complete: "All answers are given and well formed. Their values were not compared with anything.",
     before_complete: "The answers before the measurement are complete and recorded; those above are open.",
     open_above: "The answers above are open. The answers before the measurement are NOT complete.",
@@ -144,6 +154,11 @@ const UK: Words = Words {
     criteria_not_met: "Числові критерії не виконано.",
     left_to_the_teacher: "Словесні відповіді та висновок оцінює викладач.",
     truth_shown: "Істинні значення цієї спроби показано: зміни відповідей відтепер не враховуються. Нова спроба має інший об'єкт вимірювання:",
+    reference_shown: "Еталонні значення цієї роботи показано: зміни відповідей відтепер не враховуються. Нова спроба з тим самим об'єктом має ті самі еталонні значення: дайте студентові інший об'єкт.",
+    nothing_shown: "Записи, опис або еталонні значення не ті, що на початку роботи: жодного значення не перевірено й не показано.",
+    real_stand: "реальний стенд",
+    reference: "еталонне",
+    reference_source: "еталонні значення",
     all_complete: "Усі відповіді наведено в правильній формі. Їхніх значень ні з чим не порівнювали.",
     before_complete: "Відповіді «до вимірювань» повні й зафіксовані; наведені вище ще не заповнено.",
     open_above: "Наведені вище відповіді ще не заповнено. Відповіді «до вимірювань» НЕПОВНІ.",
@@ -170,17 +185,26 @@ pub(super) fn mark_text(mark: Mark, language: Language) -> &'static str {
         Mark::Wrong => ("wrong", "неправильно"),
         Mark::UncertaintyTooLarge => ("U above its limit", "U понад верхню межу"),
         Mark::UncertaintyTooSmall => ("U too small for the error", "U замала для похибки"),
+        Mark::UncertaintyNotTested => {
+            ("agrees; U below what the reference tests", "узгоджується; таку малу U еталонне значення не перевіряє")
+        }
         Mark::NotFilledIn => ("not filled in", "не заповнено"),
     };
     if language == Language::En { en } else { uk }
 }
 
 /// The rule of the judgement of values.
-pub(super) fn rule_text(language: Language) -> String {
+pub(super) fn rule_text(language: Language, on_real_stand: bool) -> String {
     let number = |value| plain(value, 2);
     let (good, repeated) = (number(MAX_GOOD_ERROR), number(MAX_REPEATED_ERROR));
     let (own, most) = (number(MAX_ERROR_RATIO), number(MAX_UNCERTAINTY_RATIO));
     match language {
+        Language::En if on_real_stand => format!(
+            "E_n = |x − X|/√(U² + U_X²): up to {good} agrees, up to {repeated} repeat and explain. U up to {most} U_ref; a U below U_X/√3 is not tested by the reference."
+        ),
+        Language::Uk if on_real_stand => format!(
+            "E_n = |x − X|/√(U² + U_X²): до {good} — узгоджується, до {repeated} — повторити й пояснити. U — до {most} U_ref; U, меншу за U_X/√3, еталонне значення не перевіряє."
+        ),
         Language::En => format!(
             "E_n = |x − X|/√(U² + U_ref²): up to {good} agrees, up to {repeated} repeat and explain. U up to {most} U_ref, and |x − X| up to {own} U."
         ),
@@ -246,6 +270,9 @@ pub(super) fn objection_text(objection: &Objection, language: Language) -> Strin
             let build = if *other_build { "; запис зробила інша збірка програми, яка й потрібна для повторення" } else { "" };
             format!("{file}: це не запис цього студента й цієї спроби{build}")
         }
+        O::Seal => "work.toml: печатка не належить цьому ключеві: змінено опис чи хеші записів, або роботу розпочато з іншим ключем".to_owned(),
+        O::Replaced { file } => format!("{file}: це не той запис, що зроблено на початку роботи: його захищений хеш інший"),
+        O::OtherReference => "еталонні значення — не той файл, що закріплено на початку роботи".to_owned(),
         O::NotChecked => "відповідей у теперішньому вигляді немає в журналі до показу істинних значень: після останньої зміни треба запустити `stand lab check`".to_owned(),
         O::ExplainedFirst { log } => {
             format!("`stand explain` запущено для {log} до того, як власні відповіді студента стали повними й перевіреними")

@@ -18,7 +18,7 @@ fn log(folder: &Path, work: &str) -> Vec<u8> {
     std::fs::read(folder.join(work).join("logs/01-outer.parquet")).unwrap()
 }
 
-pub const WORDS: [(&str, Check); 26] = [
+pub const WORDS: [(&str, Check); 28] = [
     ("lab", |f| assert_eq!(stand(f, &["lab"]).status, Some(2))),
     ("lab --help", help_everywhere),
     ("lab list --help", help_everywhere),
@@ -51,6 +51,28 @@ pub const WORDS: [(&str, Check); 26] = [
         assert_eq!(started(f, "sealed", &["--key", "teacher.key"])["sealed"], true);
         assert_eq!(started(f, "practice", &[])["sealed"], false);
         assert_ne!(log(f, "sealed"), log(f, "practice"));
+    }),
+    // A recording takes minutes: tests/lab_real_stand.rs. Here what is checked before the port is opened, and a port that is none.
+    ("lab start --port --reference --model", |f| {
+        stand(f, &["lab", "key", "teacher.key"]).succeeded();
+        let hunt = |present: &str| {
+            let log = |name: &str, class: &str| format!("[hunt.{name}]\npresent = [\"{class}\"]\ndescription = \"d\"\n");
+            let text = [log("A", present), log("B", "load"), log("C", "none"), log("D", "none")].concat();
+            std::fs::write(f.join("r.toml"), format!("source = \"the teacher\"\n{text}")).unwrap();
+        };
+        let refused = |words: &[&str]| {
+            let ran = stand(f, &[&["lab", "start", "hunt", "--student", "anna", "--key", "teacher.key", "--out", "w"], words].concat());
+            assert!(ran.status == Some(2) && ran.err.lines().count() == 1, "{words:?}: {ran:?}");
+            ran.err
+        };
+        hunt("load");
+        assert!(refused(&["--port", "none"]).contains("--reference"), "a real stand needs a reference");
+        assert!(refused(&["--reference", "r.toml"]).contains("--port"));
+        let real = ["--port", "none", "--reference", "r.toml"];
+        assert!(refused(&real).contains("--model"), "a hunt needs the model of the real drive");
+        assert!(refused(&[&real[..], &["--model", "model.toml"]].concat()).contains("none"), "no such port");
+        hunt("viscous");
+        assert!(refused(&[&real[..], &["--model", "model.toml"]].concat()).contains("part of the model"));
     }),
     ("lab start --language", |f| {
         started(f, "w", &["--language", "uk"]);
@@ -101,6 +123,12 @@ pub const WORDS: [(&str, Check); 26] = [
             says.contains("not the log of this student")
         };
         assert!(!other_logs("teacher.key") && other_logs("other.key"));
+    }),
+    ("lab grade --reference", |f| {
+        started(f, "w", &[]);
+        std::fs::write(f.join("r.toml"), "source = \"the teacher\"\n").unwrap();
+        let ran = stand(f, &["lab", "grade", "w", "--reference", "r.toml"]);
+        assert!(ran.status == Some(2) && ran.err.contains("simulated stand"), "{ran:?}");
     }),
     ("lab grade --code", |f| {
         started(f, "w", &[]);

@@ -1,5 +1,9 @@
-//! Scripted honest students of the works on disturbances of once per turn and on observers. They follow the steps of the instructions with arithmetic of their
-//! own, apart from the reference procedures.
+//! Scripted honest students of the works with quantities. They follow the steps of the instructions with arithmetic of their own, apart from the reference
+//! procedures.
+
+pub mod drive;
+mod regression;
+pub mod sensors;
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;

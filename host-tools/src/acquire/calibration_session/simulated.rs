@@ -71,13 +71,14 @@ pub fn simulate(
 }
 
 /// Mounts the device under test on the simulated stand; the radius keeps its deviation from the assumed one.
-struct SimulatedOperator<'h, 'c, P> {
+pub struct SimulatedOperator<'h, 'c, P> {
     controller: &'h Controller<'c, P>,
     radius_error_m: f64,
 }
 
 impl<'h, 'c, P: PlantPort> SimulatedOperator<'h, 'c, P> {
-    fn new(controller: &'h Controller<'c, P>, session: &Session) -> Self {
+    /// The operator of a session; the radius of the present mounting is that of its first one, with an error.
+    pub fn new(controller: &'h Controller<'c, P>, session: &Session) -> Self {
         let assumed_m = session.mountings().first().map_or(0.0, |m| m.radius_m);
         let radius_error_m = controller.bench().borrow_mut().imu().map_or(0.0, |imu| imu.mounting().radius_m - assumed_m);
         Self { controller, radius_error_m }
