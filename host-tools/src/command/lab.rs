@@ -139,9 +139,11 @@ impl From<LabError> for CliError {
             | LabError::OncePerTurnReference
             | LabError::Observer(_)
             | LabError::ObserverReference(_) => CliError::Other(error.to_string()),
-            LabError::Unknown { .. } | LabError::Invalid { .. } | LabError::Argument(_) | LabError::ExplainedTooEarly { .. } => {
-                CliError::Input(error.to_string())
-            }
+            LabError::Unknown { .. }
+            | LabError::Invalid { .. }
+            | LabError::Argument(_)
+            | LabError::AnswersChanged { .. }
+            | LabError::ExplainedTooEarly { .. } => CliError::Input(error.to_string()),
         }
     }
 }
