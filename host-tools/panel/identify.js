@@ -63,6 +63,14 @@ async function loadSession() {
   if (shown) await showAnswer(shown);
 }
 
+/** Shows a log of the session in this view, with its own model if it has one. @param {string} name @param {string|null} ownModel */
+export async function openLog(name, ownModel) {
+  log = name;
+  model = ownModel ?? model;
+  byId("tab-identify").click();
+  await loadSession();
+}
+
 /** The staircase of earlier comparisons, and the last of them: the answers are files of the session. @param {string[]} names */
 async function restore(names) {
   const order = (/** @type {string} */ name) => Number(name.match(/-(\d+)\.json$/)?.[1] ?? 0);

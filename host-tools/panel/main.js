@@ -4,13 +4,14 @@ import { connect, hasToken, on, state, stop } from "./connection.js";
 import { buildDrive, send, startDrive } from "./drive.js";
 import { byId, element, english } from "./dom.js";
 import { buildIdentify, startIdentify } from "./identify.js";
+import { buildLaboratory, startLaboratory } from "./laboratory.js";
 import { relabelLive, startLive } from "./live.js";
 import { buildMeasure, startMeasure } from "./measure.js";
 import { sentence, setLanguage, text } from "./text.js";
 
 /** Lines of the view Commands, as many as the program keeps. */
 const MAX_NOTES = 500;
-const VIEWS = ["live", "identify", "compensate", "measure", "commands"];
+const VIEWS = ["live", "identify", "compensate", "measure", "laboratory", "commands"];
 
 // STOP first: it works whatever else of the page fails.
 byId("stop").addEventListener("pointerdown", stop);
@@ -60,13 +61,14 @@ function select(name) {
     byId(`view-${view}`).hidden = view !== name;
   }
 }
-VIEWS.forEach((view, k) => {
+VIEWS.forEach((view) => {
   const tab = byId(`tab-${view}`);
   tab.addEventListener("click", () => select(view));
   tab.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (!step) return;
-    const next = VIEWS[(k + step + VIEWS.length) % VIEWS.length];
+    const offered = VIEWS.filter((name) => !byId(`tab-${name}`).hidden);
+    const next = offered[(offered.indexOf(view) + step + offered.length) % offered.length];
     select(next);
     byId(`tab-${next}`).focus();
   });
@@ -111,6 +113,7 @@ async function build(/** @type {string} */ language) {
   await buildIdentify();
   await buildCompensate();
   await buildMeasure();
+  await buildLaboratory();
 }
 
 byId("language").addEventListener("change", () => build(byId("language").value));
@@ -134,6 +137,7 @@ if (hasToken()) {
   startIdentify();
   startCompensate();
   startMeasure();
+  startLaboratory();
   connect();
   build(language).catch((error) => alert(error.message));
 } else {

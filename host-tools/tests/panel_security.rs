@@ -216,7 +216,7 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
         ".",
         "",
     ] {
-        for path in ["log", "answer", "model", "effect", "columns", "pictures", "steps"] {
+        for path in ["log", "answer", "model", "effect", "columns", "pictures", "steps", "work", "lab-answers", "lab-report"] {
             let (status, answer) = panel.request("GET", &format!("{path}?name={name}"), "");
             assert!((400..500).contains(&status), "{path} {name}: {status}");
             assert!(answer["error"].as_str().is_none_or(|error| error.lines().count() == 1), "{answer}");
@@ -229,6 +229,8 @@ fn names_lead_nowhere_else_and_bad_requests_get_one_line() {
         ("inspect", r#"{"name":"model.toml"}"#),
         ("inspect", r#"{"name":"model.toml","units":[["t","ms\nreboot"]]}"#),
         ("inspect", r#"{"name":"model.toml","file":"x"}"#),
+        ("lab-answers", r#"{"name":"..","sha256":"","answers":{}}"#),
+        ("lab-check", r#"{"name":"../panel","language":"en"}"#),
         ("export", "[[[["),
         ("export", ""),
         ("command", r#"{"client":1,"line":"OUTPut ON\nOUTPut ON"}"#),

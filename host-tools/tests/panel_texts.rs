@@ -61,6 +61,7 @@ fn page_uses_the_keys_of_the_table_and_no_others() {
         "import.js",
         "compensate.js",
         "measure.js",
+        "laboratory.js",
         "fields.js",
         "plot.js",
         "connection.js",

@@ -16,8 +16,7 @@ use crate::fleet::session::logs_of;
 use crate::fleet::{IdentityTable, Session, Settings};
 use crate::identify::explain::{Criteria, Engine, Explanation, Verdict};
 use crate::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together, logs_in};
-use crate::lab::check::check_explain;
-use crate::lab::journal::record_explained;
+use crate::lab::check::begin_explain;
 use crate::model::Model;
 use crate::report;
 use crate::report::explanation::sentences::progress;
@@ -78,13 +77,6 @@ pub(super) struct Explain {
     output: ReportOutput,
 }
 
-/// Records the explanation in the journals of the laboratory works to which the logs belong; refuses it, and records nothing, where a work asks for the student's own
-/// answers first.
-fn record_in_labs(logs: &[impl AsRef<Path>]) -> Result<(), CliError> {
-    logs.iter().try_for_each(|log| check_explain(log.as_ref()))?;
-    Ok(logs.iter().try_for_each(|log| record_explained(log.as_ref()))?)
-}
-
 impl From<ExplainLogsError> for CliError {
     fn from(error: ExplainLogsError) -> Self {
         match error {
@@ -109,7 +101,7 @@ impl Explain {
             (Some(folder), Some(table)) => self.write_table(folder, table, &criteria),
             (Some(folder), None) => {
                 let model = Model::read(&self.model)?;
-                record_in_labs(&logs_in(folder)?)?;
+                begin_explain(&logs_in(folder)?)?;
                 self.explain_folder(folder, &model, &criteria)
             }
             (None, Some(table)) => {
@@ -117,7 +109,7 @@ impl Explain {
             }
             (None, None) => {
                 let model = Model::read(&self.model)?;
-                record_in_labs(&self.log)?;
+                begin_explain(&self.log)?;
                 self.explain_together(&model, &criteria)
             }
         }
@@ -193,7 +185,7 @@ impl Explain {
                 "this folder has no logs (files with the ending .csv or .parquet, or with an import file)",
             ));
         }
-        record_in_labs(&paths)?;
+        begin_explain(&paths)?;
         let engine = self.engine.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned());
         let time_limit_s = self.time_limit.seconds()?;
         let settings = Settings {

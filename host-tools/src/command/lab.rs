@@ -167,6 +167,7 @@ impl From<LabError> for CliError {
             | LabError::Argument(_)
             | LabError::NotOnRealStand { .. }
             | LabError::NotPrepared { .. }
+            | LabError::AnswersChanged { .. }
             | LabError::ExplainedTooEarly { .. } => CliError::Input(error.to_string()),
         }
     }

@@ -181,6 +181,20 @@ fn class_named(word: &str) -> Option<&'static str> {
     }
 }
 
+/// The classes of a hunt with their effects, by name; effects of `in_model` are left out. First `none` and `unknown`, which have no effects.
+pub fn classes(in_model: &[&str]) -> Vec<(&'static str, Vec<&'static str>)> {
+    let mut classes: Vec<(&str, Vec<&str>)> = vec![(NONE, Vec::new()), (UNKNOWN, Vec::new())];
+    for card in cards().iter().filter(|card| !in_model.contains(&card.id)) {
+        let class = if card.family.is_empty() { card.id } else { card.family };
+        match classes.iter_mut().find(|(name, _)| *name == class) {
+            Some((_, effects)) => effects.push(card.id),
+            None => classes.push((class, vec![card.id])),
+        }
+    }
+    classes[2..].sort_unstable();
+    classes
+}
+
 /// Probabilities by class; words that are no class are left out.
 pub fn by_class(probabilities: &BTreeMap<String, f64>) -> BTreeMap<String, f64> {
     probabilities.iter().filter_map(|(word, p)| class_named(word).map(|class| (class.to_owned(), *p))).collect()

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::LabError;
 use super::answers::{ANSWERS_FILE, AnswerProblem, Answers};
 use super::course::When;
-use super::journal::{Event, JOURNAL_FILE, Journal, append, work_of};
+use super::journal::{Event, JOURNAL_FILE, Journal, append, record_explained, work_of};
 use super::work::{Work, hashes};
 
 /// Result of a check.
@@ -51,6 +51,16 @@ pub fn check_explain(log: &Path) -> Result<(), LabError> {
         return Ok(());
     }
     Err(LabError::ExplainedTooEarly { lab: work.lab, folder, log: log.to_owned() })
+}
+
+/// Records in the journals of their works that an explanation of the logs begins; refuses it, and records nothing, where a work asks for the student's own answers
+/// first.
+///
+/// # Errors
+/// As [`check_explain`] and [`record_explained`].
+pub fn begin_explain(logs: &[impl AsRef<Path>]) -> Result<(), LabError> {
+    logs.iter().try_for_each(|log| check_explain(log.as_ref()))?;
+    logs.iter().try_for_each(|log| record_explained(log.as_ref()))
 }
 
 /// Checks the answers in a work folder and records the check in its journal.

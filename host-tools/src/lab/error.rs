@@ -50,7 +50,7 @@ pub enum LabError {
     Argument(String),
     /// `stand explain` on a log of a hunt before the student's own answers.
     #[error(
-        "{}: this log belongs to the work `{lab}`, whose own answers are not recorded yet; nothing was explained or recorded. Fill in `before` and `reason` of every log and the questions before the measurement in {}, run `stand lab check {}` until it says that the answers before the measurement are complete, then run this command again",
+        "{}: this log belongs to the work `{lab}`, whose own answers are not recorded yet; nothing was explained or recorded. Fill in `before` and `reason` of every log and the questions before the measurement in {}, run `stand lab check {}` (Check in the panel) until it says that the answers before the measurement are complete, then explain again",
         log.display(), folder.join(super::answers::ANSWERS_FILE).display(), folder.display()
     )]
     ExplainedTooEarly {
@@ -94,6 +94,12 @@ pub enum LabError {
     /// A profile cannot be recorded.
     #[error(transparent)]
     ProfileRecording(#[from] ProfileRecordingError),
+    /// The answers were edited elsewhere while a form showed them.
+    #[error("{}: the file was changed since these answers were loaded; nothing was written. Load it again and enter your changes anew", path.display())]
+    AnswersChanged {
+        /// The file.
+        path: PathBuf,
+    },
     /// The definition of a work is wrong: an error of this program, which a test excludes.
     #[error("the work `{lab}` is defined wrongly: {message}")]
     Definition {

@@ -1,7 +1,7 @@
 //! Laboratory course: works with a device whose true values are sealed, the student's answers, and their judgement.
 //!
 //! Input: the definitions in `labs/` ([`course`]), the teacher's key ([`seal`]), a work folder ([`work`]). Output: data, worded by `report::lab`:
-//! [`start`] fills a work folder with logs, instructions and a table of answers; [`check`] examines the answers without the true values and
+//! [`start`] fills a work folder with logs, instructions and a table of answers; [`form`] reads and writes the table as the fields of a form; [`check`] examines the answers without the true values and
 //! records their hash in a chained journal ([`journal`]); [`grade`] replays the measurement with the key, compares the logs, and judges the answers ([`judge`]).
 //!
 //! On a real stand the logs are recorded over a connection ([`stand_recording`]), the folder has their sealed hashes ([`real_stand`]) in place of a replay, and the
@@ -17,6 +17,7 @@ pub mod course;
 mod draw;
 mod drift_task;
 mod error;
+pub mod form;
 mod friction_task;
 pub mod grade;
 mod hunt;

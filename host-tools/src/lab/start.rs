@@ -97,11 +97,7 @@ fn write_folder(lab: &Lab, work: Work, logs: Vec<String>, folder: &Path) -> Resu
         files::replace_text(&folder.join(name), text).map_err(|source| LabError::file(&folder.join(name), "write", source))
     };
     write(WORK_FILE, &description)?;
-    let instructions = match &work.real_stand {
-        None => lab.instructions(language).to_owned(),
-        Some(stand) => instructions_on(stand, lab, language),
-    };
-    write(INSTRUCTIONS_FILE, &instructions)?;
+    write(INSTRUCTIONS_FILE, &work.instructions(lab))?;
     write(ANSWERS_FILE, &empty_table(lab, language))?;
     if lab.hunt().is_some() {
         write(MODEL_FILE, lab.model())?;
@@ -111,21 +107,6 @@ fn write_folder(lab: &Lab, work: Work, logs: Vec<String>, folder: &Path) -> Resu
     let code = append(folder, event, hashes(folder, fixed)?)?;
     written.extend(logs);
     Ok(Started { work, title: lab.title.in_language(language).to_owned(), files: written, code, reference_checks: Vec::new() })
-}
-
-/// The instructions of a work on a real stand: what differs stands after the title.
-fn instructions_on(stand: &RealStand, lab: &Lab, language: Language) -> String {
-    let known: String = stand.known.iter().map(|(name, value)| format!("| `{name}` | {value} |\n")).collect();
-    let none = if language == Language::En { "| none | |\n" } else { "| немає | |\n" };
-    let section = lab
-        .real_stand_text(language)
-        .replace("{stand}", &stand.identity.to_string())
-        .replace("{source}", &stand.reference_source)
-        .replace("{known}\n", if known.is_empty() { none } else { &known });
-    match lab.instructions(language).split_once('\n') {
-        Some((title, rest)) => format!("{title}\n\n{section}{rest}"),
-        None => section,
-    }
 }
 
 /// An attempt on a real stand that can be started.

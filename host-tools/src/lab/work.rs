@@ -80,6 +80,23 @@ impl Work {
         }
     }
 
+    /// The instructions of the work in its language (Markdown); on a real stand, what differs stands after the title.
+    pub fn instructions(&self, lab: &Lab) -> String {
+        let text = lab.instructions(self.language);
+        let Some(stand) = &self.real_stand else { return text.to_owned() };
+        let known: String = stand.known.iter().map(|(name, value)| format!("| `{name}` | {value} |\n")).collect();
+        let none = if self.language == Language::En { "| none | |\n" } else { "| немає | |\n" };
+        let section = lab
+            .real_stand_text(self.language)
+            .replace("{stand}", &stand.identity.to_string())
+            .replace("{source}", &stand.reference_source)
+            .replace("{known}\n", if known.is_empty() { none } else { &known });
+        match text.split_once('\n') {
+            Some((title, rest)) => format!("{title}\n\n{section}{rest}"),
+            None => section,
+        }
+    }
+
     /// The key of a practice work, or the given one of a sealed work.
     ///
     /// # Errors

@@ -17,6 +17,7 @@ use stand_firmware::profile::{PARAMETERS, ProfileKind};
 
 use super::analysis::{self, SignatureRequest};
 use super::control::ClientId;
+use super::jobs::{Job, message};
 use super::line::LineError;
 use super::measure;
 use super::measure_routes;
@@ -24,9 +25,10 @@ use super::parts::Panel;
 use super::recording::{self, RecordRequest};
 use super::request::{Admitted, Answer, ApiError, Name, Shared, blocking, parsed, start_claiming_job, start_job};
 use super::session::quoted;
-use super::{export, import};
+use super::{export, import, laboratory};
 use crate::acquire::link::{REPLY_TIMEOUT, is_harmless, supervises};
 use crate::files;
+use crate::lab::check::begin_explain;
 use crate::log::Log;
 use crate::log::import::ENDINGS;
 use crate::model::{Model, SummingPoint};
@@ -57,6 +59,7 @@ pub fn routes(panel: Arc<Panel>) -> Router<Arc<Panel>> {
         .merge(import::routes())
         .merge(export::routes())
         .merge(measure_routes::routes())
+        .merge(laboratory::routes())
         .fallback(|_: Admitted| async { StatusCode::NOT_FOUND })
         .layer(DefaultBodyLimit::max(MAX_BODY))
         .with_state(panel)
@@ -165,8 +168,18 @@ async fn compare(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
 
 async fn explain(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {
     let request: AnalysisRequest = parsed(&body)?;
-    let command = analysis::command(&panel, "explain", &request.log, &request.model)?;
-    start_job(&panel, "explain", &command, false, move |panel, job| analysis::explain(panel, &request.log, &request.model, job))
+    blocking(move || {
+        let command = analysis::command(&panel, "explain", &request.log, &request.model)?;
+        let (log, model) = (panel.session.existing(&request.log)?, panel.session.existing(&request.model)?);
+        // As the command does: a model that is wrong explains nothing, and is not recorded in the journal of a laboratory work.
+        let claim = || {
+            Model::read(model).map_err(message)?;
+            begin_explain(&[log]).map_err(message)
+        };
+        let work = move |panel: &Arc<Panel>, job: &Job| analysis::explain(panel, &request.log, &request.model, job);
+        start_claiming_job(&panel, "explain", &command, false, claim, work)
+    })
+    .await
 }
 
 async fn signature(_: Admitted, State(panel): Shared, body: Bytes) -> Answer {

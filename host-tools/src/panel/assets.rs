@@ -33,6 +33,7 @@ pub const ASSETS: &[Asset] = assets! {
     "/import.js" "text/javascript; charset=utf-8" "import.js";
     "/compensate.js" "text/javascript; charset=utf-8" "compensate.js";
     "/measure.js" "text/javascript; charset=utf-8" "measure.js";
+    "/laboratory.js" "text/javascript; charset=utf-8" "laboratory.js";
     "/plot.js" "text/javascript; charset=utf-8" "plot.js";
     "/fields.js" "text/javascript; charset=utf-8" "fields.js";
     "/dom.js" "text/javascript; charset=utf-8" "dom.js";

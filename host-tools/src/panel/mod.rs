@@ -16,6 +16,7 @@ mod export;
 mod hub;
 mod import;
 mod jobs;
+mod laboratory;
 mod line;
 mod lock;
 mod measure;

@@ -23,6 +23,7 @@ pub mod html;
 pub mod inspection;
 pub mod json;
 pub mod lab;
+pub mod lab_view;
 mod lab_words;
 mod log_warning;
 pub mod misfits;

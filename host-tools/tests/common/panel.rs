@@ -51,6 +51,18 @@ impl Panel {
 
     /// The same with a body of bytes.
     pub fn request_bytes(&self, method: &str, path: &str, body: &[u8]) -> (u16, Value) {
+        let (status, answer) = self.exchange(method, path, body);
+        (status, serde_json::from_str(&answer).unwrap_or(Value::Null))
+    }
+
+    /// The answer to a request that is a text.
+    pub fn text(&self, path: &str) -> String {
+        let (status, answer) = self.exchange("GET", path, b"");
+        assert_eq!(status, 200, "{path}: {answer}");
+        answer
+    }
+
+    fn exchange(&self, method: &str, path: &str, body: &[u8]) -> (u16, String) {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         let host = self.host();
         let head = format!(
@@ -65,7 +77,7 @@ impl Panel {
         let _ = stream.read_to_end(&mut response);
         let response = String::from_utf8_lossy(&response).into_owned();
         let (head, body) = response.split_once("\r\n\r\n").unwrap_or((&response, ""));
-        (head[9..12].parse().unwrap(), serde_json::from_str(body).unwrap_or(Value::Null))
+        (head[9..12].parse().unwrap(), body.to_owned())
     }
 
     pub fn post(&self, path: &str, body: &Value) -> Value {
