@@ -349,6 +349,7 @@ export const TEXT = {
   refusal_held_out_error_grows: ["the error on the held-out rows grows", "похибка на відкладених рядках зростає"],
   refusal_not_confirmed: ["its small gain is not confirmed by the held-out rows", "його малий виграш не підтверджується відкладеними рядками"],
   refusal_only_noise_left: ["only noise is left without it, and its gain is too small to be significant", "без нього лишається тільки шум, а його виграш замалий, щоб бути значущим"],
+  refusal_less_than_a_count: ["{parameter} would be {value}, less than a count of the encoder ({count_rad} rad)", "{parameter} дорівнював би {value}, менше за один відлік енкодера ({count_rad} рад)"],
   refusal_course_open: ["its gain may come from the voltage within the rows, whose course the log leaves open", "його виграш може походити від напруги всередині рядків, хід якої журнал не визначає"],
   refusal_channel_error_grows: ["the error of {channel} on the held-out rows grows", "похибка {channel} на відкладених рядках зростає"],
   refusal_insignificant_part: ["much is left, and it removes hardly any of it", "лишається багато, і він прибирає з того майже ніщо"],

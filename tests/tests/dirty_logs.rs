@@ -43,6 +43,13 @@ fn effect_is_found_beside_outliers_and_jitter_and_in_slow_rows() {
     }
 }
 
+/// Beside outliers a jump of the angle by half a count seems to help.
+#[test]
+fn less_than_a_count_is_not_lost() {
+    let e = answer("own/cable-spring/rate/sweep/9012", Dirt::Outliers);
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["cable-spring".to_owned()][..]));
+}
+
 /// Rows of 5 ms under the speed loop do not show what the voltage does within them. A gear ripple fits that, with a gain that is significant against the noise alone.
 #[test]
 fn what_the_voltage_may_do_within_slow_rows_is_no_effect() {

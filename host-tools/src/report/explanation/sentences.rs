@@ -28,6 +28,9 @@ pub fn refusal(axis: Axis, reason: &Refusal) -> String {
         Refusal::HeldOutErrorGrows { .. } => "the error on the held-out rows grows".to_owned(),
         Refusal::NotConfirmed { .. } => "its small gain is not confirmed by the held-out rows".to_owned(),
         Refusal::OnlyNoiseLeft { .. } => "only noise is left without it, and its gain is too small to be significant".to_owned(),
+        Refusal::LessThanACount { parameter, jump_rad, count_rad } => {
+            format!("{parameter} would be {jump_rad:.3e}, less than a count of the encoder ({count_rad:.3e} rad)")
+        }
         Refusal::CourseOpen { .. } => "its gain may come from the voltage within the rows, whose course the log leaves open".to_owned(),
         Refusal::ChannelErrorGrows { channel, .. } => format!("the error of {} on the held-out rows grows", column(axis, *channel)),
         Refusal::InsignificantPart { .. } => "much is left, and it removes hardly any of it".to_owned(),
@@ -53,6 +56,9 @@ pub fn refusal_json(axis: Axis, reason: &Refusal) -> Value {
         Refusal::HeldOutErrorGrows { .. } => json!({"kind": "held-out-error-grows"}),
         Refusal::NotConfirmed { .. } => json!({"kind": "not-confirmed"}),
         Refusal::OnlyNoiseLeft { .. } => json!({"kind": "only-noise-left"}),
+        Refusal::LessThanACount { parameter, jump_rad, count_rad } => {
+            json!({"kind": "less-than-a-count", "parameter": parameter, "value": jump_rad, "count_rad": count_rad})
+        }
         Refusal::CourseOpen { .. } => json!({"kind": "course-open"}),
         Refusal::ChannelErrorGrows { channel, .. } => json!({"kind": "channel-error-grows", "channel": column(axis, *channel)}),
         Refusal::InsignificantPart { .. } => json!({"kind": "insignificant-part"}),

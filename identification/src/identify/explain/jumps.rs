@@ -3,9 +3,19 @@
 //! A jump δ shifts the increments of the angle over the next [`PreparedLog::angle_lag`] rows by δ. The residual is summed over as many rows: the best
 //! estimate of a jump at the first of them is the mean, and the square of the sum over the number of rows is the fall of χ².
 
+use drive_model::{Card, Screening};
+
 use super::fitted_model::FittedModel;
 use crate::identify::fit::PreparedLog;
 use crate::model::Channel;
+
+/// A counter loses whole counts: a jump that is nearer to none than this part of a count is the rounding of the angle, above all that of a rotor at rest.
+const MIN_COUNTS: f64 = 0.75;
+
+/// The jump of an effect that lets the angle jump, rad, is less than a count.
+pub fn is_less_than_a_count(data: &PreparedLog, card: &Card, jump_rad: f64) -> bool {
+    matches!(card.screening, Screening::AngleJumps(_)) && jump_rad.abs() < MIN_COUNTS * data.theta_quantum
+}
 
 /// Times at which the angle may have jumped, the best first, at most `count`: each lies between two rows.
 pub fn search_jumps(base: &FittedModel, count: usize) -> Vec<f64> {

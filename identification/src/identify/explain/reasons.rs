@@ -60,6 +60,15 @@ pub enum Refusal {
         /// Gain that would be needed.
         min_gain: f64,
     },
+    /// A jump of the angle by less than a count of the encoder.
+    LessThanACount {
+        /// The parameter.
+        parameter: String,
+        /// The jump, rad.
+        jump_rad: f64,
+        /// A count, rad.
+        count_rad: f64,
+    },
     /// Its gain may come from the voltage within the rows, whose course the log leaves open.
     CourseOpen {
         /// Gain on the fitted rows.

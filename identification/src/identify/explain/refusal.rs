@@ -7,6 +7,7 @@ use drive_model::{Card, ParameterKind};
 use super::candidate::FittedCandidate;
 use super::criteria::MisfitClass;
 use super::fitted_model::FittedModel;
+use super::jumps::is_less_than_a_count;
 use super::likelihood::WhitenedSums;
 use super::motion::turns;
 use super::reasons::Refusal;
@@ -37,6 +38,9 @@ pub fn unphysical(base: &FittedModel, card: &Card, parameters: &Parameters, sigm
             } else if k == own.start && !card.polar && p.value < slack {
                 return Some(Refusal::ReducesTo { parameter: p.name.clone(), effect });
             }
+        }
+        if k == own.start && is_less_than_a_count(&base.data, card, p.value) {
+            return Some(Refusal::LessThanACount { parameter: p.name.clone(), jump_rad: p.value, count_rad: base.data.theta_quantum });
         }
         // A level at zero is no effect.
         let absent = of_effect && p.kind == ParameterKind::NonNegative && !p.fixed && p.value <= low && !card.polar;

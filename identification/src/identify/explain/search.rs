@@ -43,15 +43,17 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
         let candidate = &step.candidates[chosen];
         let (model, name) = candidate.added_to(&base.model);
         let next = base.refit(&model, base.data_for(&candidate.trial).into_owned())?;
-        if restarts < criteria.search.max_restarts
-            && all_amplitudes_may_be_zero(&next, &name)
+        if all_amplitudes_may_be_zero(&next, &name)
             && let Some(better) = without(&next, &name)?
         {
             // The added effect only led the fit to a better minimum of the model without it.
-            restarts += 1;
             if let Some(last) = search.models.last_mut() {
                 *last = better;
             }
+            if restarts == criteria.search.max_restarts {
+                break;
+            }
+            restarts += 1;
             continue;
         }
         let rivals = step.rivals_of(chosen, criteria.screening.max_rivals);

@@ -2,13 +2,14 @@
 
 use std::ops::Range;
 
-use drive_model::{ParameterKind, Screening};
+use drive_model::ParameterKind;
 
 use super::colour;
 use super::free_form::{self, ScoredForm};
 use super::model::PredictedModel;
 use super::recorded::{Recorded, min_gain};
 use super::screen::Screened;
+use crate::identify::explain::jumps::is_less_than_a_count;
 use crate::identify::explain::piecewise_linear::PiecewiseLinear;
 use crate::identify::explain::reasons::Refusal;
 use crate::identify::explain::refusal::unphysical;
@@ -64,8 +65,7 @@ impl<'a> Candidate<'a> {
     pub fn effect(base: &PredictedModel<'a>, screened: &Screened, penalty: f64) -> Option<Self> {
         let fitted = &base.fitted;
         let trial = &screened.trial;
-        // A counter loses whole counts. Less is the rounding of a rotor at rest.
-        if matches!(trial.card.screening, Screening::AngleJumps(_)) && screened.score.values[0].abs() < 0.75 * fitted.data.theta_quantum {
+        if is_less_than_a_count(&fitted.data, trial.card, screened.score.values[0]) {
             return None;
         }
         let (system, parameters, own) = fitted.with(trial, &trial.fitted);
