@@ -132,7 +132,7 @@ impl WorkOperator for BenchOperator<'_, '_> {
     }
 
     fn prepare_log(&mut self, hidden: &Hidden) -> bool {
-        let added_kg_m2 = if hidden.present.contains("load") { 2e-5 } else { 0.0 };
+        let added_kg_m2 = if hidden.description == "a mass on the platform" { 2e-5 } else { 0.0 };
         self.controller.bench().borrow_mut().plant_mut().set_load_inertia(added_kg_m2);
         true
     }
@@ -288,8 +288,11 @@ fn drift_is_recorded_and_judged() {
 
 #[test]
 fn hunt_takes_what_is_hidden_from_the_reference() {
-    let present = [("A", "none"), ("B", "load"), ("C", "none"), ("D", "load")];
-    let entries = present.map(|(log, class)| format!("[hunt.{log}]\npresent = [\"{class}\"]\ndescription = \"a mass, or none\"\n"));
+    let present = [("A", "none"), ("B", "unknown"), ("C", "none"), ("D", "unknown")];
+    let entries = present.map(|(log, class)| {
+        let description = if class == NONE { "nothing" } else { "a mass on the platform" };
+        format!("[hunt.{log}]\npresent = [\"{class}\"]\ndescription = \"{description}\"\n")
+    });
     let course = Course::new("hunt", &format!("source = \"the teacher\"\n{}", entries.concat()));
     let bench = Bench { stand: drive(), gyroscope: None };
     course.start(&bench, 2.0).unwrap();

@@ -222,7 +222,8 @@ mod tests {
         };
         let read = table(["\"none\"", "\"load\"", "\"brush-drop\"", "\"load\", \"cogging\""]).expect("a reference");
         assert_eq!(read.hidden.len(), 4);
-        assert_eq!(read.class_in_model(&["viscous", "load"]), Some("load"));
+        // `load` is of the family `offset`.
+        assert_eq!(read.class_in_model(&["viscous", "load"]), Some("offset"));
         assert_eq!(read.class_in_model(&["viscous"]), None);
         assert!(table(["\"none\"", "\"load\"", "\"load\"", "\"load\""]).expect_err("three logs").contains("more than 2"));
         assert!(table(["\"none\", \"load\"", "\"load\"", "\"none\"", "\"cogging\""]).is_err());
