@@ -9,7 +9,7 @@ use super::fitted_model::FittedModel;
 use crate::identify::fit::PreparedLog;
 use crate::model::Channel;
 
-/// A counter loses whole counts: a jump that is nearer to none than this part of a count is the rounding of the angle, above all that of a rotor at rest.
+/// A counter loses whole counts: a jump below this part of a count is the rounding of the angle, above all that of a rotor at rest.
 const MIN_COUNTS: f64 = 0.75;
 
 /// The jump of an effect that lets the angle jump, rad, is less than a count.
