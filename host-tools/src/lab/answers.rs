@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-use drive_model::{card, cards};
+use drive_model::{Card, card, cards};
 use serde::{Deserialize, Serialize};
 
 use super::course::{HuntTask, Lab, Language, QuantitySpec, When};
@@ -169,7 +169,11 @@ impl AnswerProblem {
 
 /// The class of an effect: its family, whose members some logs cannot distinguish, or the effect itself.
 pub fn class_of(effect: &str) -> Option<&'static str> {
-    card(effect).map(|card| if card.family.is_empty() { card.id } else { card.family })
+    card(effect).map(class_of_card)
+}
+
+fn class_of_card(card: &Card) -> &'static str {
+    if card.family.is_empty() { card.id } else { card.family }
 }
 
 /// The class that is meant by a word in the table: an effect, a family, `none` or `unknown`.
@@ -185,7 +189,7 @@ fn class_named(word: &str) -> Option<&'static str> {
 pub fn classes(in_model: &[&str]) -> Vec<(&'static str, Vec<&'static str>)> {
     let mut classes: Vec<(&str, Vec<&str>)> = vec![(NONE, Vec::new()), (UNKNOWN, Vec::new())];
     for card in cards().iter().filter(|card| !in_model.contains(&card.id)) {
-        let class = if card.family.is_empty() { card.id } else { card.family };
+        let class = class_of_card(card);
         match classes.iter_mut().find(|(name, _)| *name == class) {
             Some((_, effects)) => effects.push(card.id),
             None => classes.push((class, vec![card.id])),

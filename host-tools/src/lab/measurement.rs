@@ -164,7 +164,7 @@ pub fn record(
 }
 
 /// The run of log number `k`, whose profile is public.
-fn request(task: &HuntTask, k: usize, noise: u64) -> SessionRequest {
+pub(super) fn request(task: &HuntTask, k: usize, noise: u64) -> SessionRequest {
     let profile = SessionRequest::usual_profile(Mode::Voltage, ProfileKind::MultiStep, task.amplitude_V, 1 + k as u64);
     SessionRequest { mode: Mode::Voltage, profile, seconds: task.seconds, seed: noise }
 }

@@ -8,13 +8,13 @@ use std::path::Path;
 
 use hal_sim::gyro::Orientation;
 use hal_sim::session::SessionRequest;
-use stand_firmware::profile::{ProfileConfig, ProfileKind};
+use stand_firmware::profile::ProfileConfig;
 use stand_firmware::speed_loop::Mode;
 use stand_firmware::telemetry::Channels;
 
 use super::LabError;
-use super::course::{HuntTask, Lab, Task};
-use super::measurement::{DRIFT_LOG, Hidden};
+use super::course::{Lab, Task};
+use super::measurement::{self, DRIFT_LOG, Hidden};
 use super::real_stand::StandIdentity;
 use super::{drift_task, friction_task, once_per_turn_task};
 use crate::acquire::calibration_session::PreparedSession;
@@ -118,7 +118,12 @@ async fn record_task(
             record_runs(&runs.collect::<Vec<_>>(), stand, folder, |_| Ok(()), &mut on_progress).await
         }
         Task::Hunt(task) => {
-            let runs: Vec<Run> = task.logs.iter().enumerate().map(|(k, log)| hunt_run(task, k, log)).collect();
+            // The public profiles of the simulated hunt; a real stand has no seed.
+            let runs = task.logs.iter().enumerate().map(|(k, log)| {
+                let SessionRequest { mode, profile, seconds, .. } = measurement::request(task, k, 0);
+                Run { log: format!("{log}.parquet"), mode, profile, seconds, find_index: false }
+            });
+            let runs: Vec<Run> = runs.collect();
             let prepare = |k: usize| match hidden.get(k) {
                 Some(hidden) if operator.prepare_log(hidden) => Ok(()),
                 _ => Err(LabError::NotPrepared { log: runs[k].log.clone() }),
@@ -171,12 +176,6 @@ struct Run {
     profile: ProfileConfig,
     seconds: f64,
     find_index: bool,
-}
-
-/// Log number `k` of a hunt: the public profile of the simulated hunt.
-fn hunt_run(task: &HuntTask, k: usize, log: &str) -> Run {
-    let profile = SessionRequest::usual_profile(Mode::Voltage, ProfileKind::MultiStep, task.amplitude_V, 1 + k as u64);
-    Run { log: format!("{log}.parquet"), mode: Mode::Voltage, profile, seconds: task.seconds, find_index: false }
 }
 
 /// Records the runs, each from rest; `prepare` is asked before each.

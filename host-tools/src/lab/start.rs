@@ -61,22 +61,14 @@ pub fn start(
     folder: &Path,
     on_progress: impl FnMut(f64) -> bool,
 ) -> Result<Started, LabError> {
-    check_new(student, attempt, folder)?;
-    let work = Work {
-        lab: lab.id.to_owned(),
-        student: student.to_owned(),
-        attempt,
-        sealed: key.is_some(),
-        language,
-        build: VERSION.to_owned(),
-        real_stand: None,
-    };
+    let work = new_work(lab, (student, attempt), key.is_some(), language, folder)?;
     let logs = record(lab, &work.key(key)?, &work.attempt(), &folder.join(LOGS_FOLDER), on_progress)?;
     let logs = logs.into_iter().map(|log| format!("{LOGS_FOLDER}/{log}")).collect();
     write_folder(lab, work, logs, folder)
 }
 
-fn check_new(student: &str, attempt: u32, folder: &Path) -> Result<(), LabError> {
+/// The description of an attempt whose folder has no files yet.
+fn new_work(lab: &Lab, (student, attempt): (&str, u32), sealed: bool, language: Language, folder: &Path) -> Result<Work, LabError> {
     check_student(student)?;
     if attempt == 0 {
         return Err(LabError::Argument("attempts count from 1".to_owned()));
@@ -84,7 +76,8 @@ fn check_new(student: &str, attempt: u32, folder: &Path) -> Result<(), LabError>
     if folder.read_dir().is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(LabError::invalid(folder, "the folder has files already; give the name of a new one"));
     }
-    Ok(())
+    let (lab, student, build) = (lab.id.to_owned(), student.to_owned(), VERSION.to_owned());
+    Ok(Work { lab, student, attempt, sealed, language, build, real_stand: None })
 }
 
 /// Writes the files of a work beside its `logs`, which are in the folder, and the first entry of its journal.
@@ -124,17 +117,16 @@ impl<'a> RealStandStart<'a> {
     /// Checks all that needs no stand. `model`: of a hunt, the drive with nothing hidden.
     ///
     /// # Errors
-    /// As [`start`]; a work that a real stand cannot have; values of the reference that do not suit the work.
+    /// As [`start`]; values of the reference that do not suit the work.
     pub fn new(
         lab: &Lab,
-        (student, attempt): (&str, u32),
+        attempt: (&str, u32),
         key: Key,
         (reference, model): (&'a TeacherReference, Option<&str>),
         language: Language,
         folder: &'a Path,
     ) -> Result<Self, LabError> {
-        check_new(student, attempt, folder)?;
-        stand_recording::check_possible(lab)?;
+        let work = new_work(lab, attempt, true, language, folder)?;
         let lab = lab.clone().on_real_stand(&reference.known, model)?;
         if let Task::Session(task) = &lab.task {
             lab.session(task.device)?;
@@ -142,15 +134,6 @@ impl<'a> RealStandStart<'a> {
         if let Some(class) = reference.class_in_model(&lab.effects_in_model()) {
             return Err(LabError::Argument(format!("the reference hides `{class}`, which is part of the model: answers cannot name it")));
         }
-        let work = Work {
-            lab: lab.id.to_owned(),
-            student: student.to_owned(),
-            attempt,
-            sealed: true,
-            language,
-            build: VERSION.to_owned(),
-            real_stand: None,
-        };
         Ok(RealStandStart { lab, work, key, reference, model: model.map(str::to_owned), folder })
     }
 

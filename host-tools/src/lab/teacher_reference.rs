@@ -13,6 +13,7 @@ use super::answers::{NONE, UNKNOWN, class_of};
 use super::course::{HuntTask, Lab, Task};
 use super::journal::sha256_of;
 use super::measurement::Hidden;
+use super::stand_recording::check_possible;
 use crate::calibrate::stored_record::StoredRecord;
 
 /// A reference value.
@@ -68,8 +69,9 @@ impl TeacherReference {
     /// Reads the reference of a work.
     ///
     /// # Errors
-    /// The file cannot be read; a value is missing or has another unit; an uncertainty is not positive; a hunt that the rules exclude.
+    /// A work that a real stand cannot have; the file cannot be read; a value is missing or has another unit; an uncertainty is not positive; a hunt that the rules exclude.
     pub fn read(path: &Path, lab: &Lab) -> Result<Self, LabError> {
+        check_possible(lab)?;
         let text = std::fs::read_to_string(path).map_err(|source| LabError::file(path, "read", source))?;
         TeacherReference::parse(&text, lab).map_err(|message| LabError::invalid(path, message))
     }

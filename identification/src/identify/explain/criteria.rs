@@ -178,6 +178,9 @@ pub struct EvidenceCriteria {
     /// Gain from which on an effect is added although what is left is noise, or invisible; default 100. Below, it may be an error of the integration, or of
     /// the input within a row.
     pub min_gain_at_noise: f64,
+    /// Part of a count of the encoder below which a jump of the angle is its rounding, above all that of a rotor at rest; default 0.75. A counter loses whole
+    /// counts.
+    pub min_lost_counts: f64,
     /// Relative change of χ²/n on held-out rows that is insignificant while much is unexplained; default 0.04.
     pub max_insignificant_change: f64,
     /// Standard errors by which a parameter may lie outside its physical range; default 3.
@@ -197,6 +200,7 @@ impl Default for EvidenceCriteria {
             confirmed_below_gain: 200.0,
             min_confirmed_fraction: 0.1,
             min_gain_at_noise: 100.0,
+            min_lost_counts: 0.75,
             max_insignificant_change: 0.04,
             range_tolerance_sigmas: 3.0,
             min_compared_excess: 0.1,

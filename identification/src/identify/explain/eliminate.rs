@@ -18,8 +18,13 @@ use crate::identify::fit::FitError;
 use crate::model::Model;
 use crate::statistics::Extremes;
 
+/// The model without effect `name`, where all its amplitudes may be zero and the logs do not need it.
+pub fn without_if_zero<'a>(fitted: &FittedModel<'a>, name: &str) -> Result<Option<FittedModel<'a>>, FitError> {
+    if all_amplitudes_may_be_zero(fitted, name) { without(fitted, name) } else { Ok(None) }
+}
+
 /// No amplitude of effect `name` differs significantly from zero.
-pub fn all_amplitudes_may_be_zero(fitted: &FittedModel, name: &str) -> bool {
+fn all_amplitudes_may_be_zero(fitted: &FittedModel, name: &str) -> bool {
     let Some(found) = fitted.model.effects().iter().find(|e| e.name() == name) else { return false };
     let sigmas = fitted.context.criteria.search.zero_amplitude_sigmas;
     let own: Vec<&str> = found.parameters.iter().map(|&k| fitted.model.parameters()[k].name.as_str()).collect();
@@ -30,7 +35,7 @@ pub fn all_amplitudes_may_be_zero(fitted: &FittedModel, name: &str) -> bool {
 }
 
 /// The model without effect `name`, fitted from the minimum with it; `None` where the logs need the effect.
-pub fn without<'a>(fitted: &FittedModel<'a>, name: &str) -> Result<Option<FittedModel<'a>>, FitError> {
+fn without<'a>(fitted: &FittedModel<'a>, name: &str) -> Result<Option<FittedModel<'a>>, FitError> {
     let mut model = fitted.model.clone();
     if model.remove(name).is_err() {
         return Ok(None);

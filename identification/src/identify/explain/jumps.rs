@@ -9,12 +9,10 @@ use super::fitted_model::FittedModel;
 use crate::identify::fit::PreparedLog;
 use crate::model::Channel;
 
-/// A counter loses whole counts: a jump below this part of a count is the rounding of the angle, above all that of a rotor at rest.
-const MIN_COUNTS: f64 = 0.75;
-
-/// The jump of an effect that lets the angle jump, rad, is less than a count.
-pub fn is_less_than_a_count(data: &PreparedLog, card: &Card, jump_rad: f64) -> bool {
-    matches!(card.screening, Screening::AngleJumps(_)) && jump_rad.abs() < MIN_COUNTS * data.theta_quantum
+/// The jump of an effect that lets the angle jump, rad, is less than a count of the encoder.
+pub fn is_less_than_a_count(base: &FittedModel, card: &Card, jump_rad: f64) -> bool {
+    let least_rad = base.context.criteria.evidence.min_lost_counts * base.data.theta_quantum;
+    matches!(card.screening, Screening::AngleJumps(_)) && jump_rad.abs() < least_rad
 }
 
 /// Times at which the angle may have jumped, the best first, at most `count`: each lies between two rows.

@@ -39,7 +39,7 @@ pub fn unphysical(base: &FittedModel, card: &Card, parameters: &Parameters, sigm
                 return Some(Refusal::ReducesTo { parameter: p.name.clone(), effect });
             }
         }
-        if k == own.start && is_less_than_a_count(&base.data, card, p.value) {
+        if k == own.start && is_less_than_a_count(base, card, p.value) {
             return Some(Refusal::LessThanACount { parameter: p.name.clone(), jump_rad: p.value, count_rad: base.data.theta_quantum });
         }
         // A level at zero is no effect.

@@ -8,7 +8,7 @@
 
 use super::adequacy::input_between_samples;
 use super::compare::adding_step;
-use super::eliminate::{all_amplitudes_may_be_zero, eliminate, without};
+use super::eliminate::{eliminate, without_if_zero};
 use super::fitted_model::FittedModel;
 use super::reasons::Progress;
 use super::search_path::{Added, Search};
@@ -43,17 +43,14 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
         let candidate = &step.candidates[chosen];
         let (model, name) = candidate.added_to(&base.model);
         let next = base.refit(&model, base.data_for(&candidate.trial).into_owned())?;
-        if all_amplitudes_may_be_zero(&next, &name)
-            && let Some(better) = without(&next, &name)?
+        if restarts < criteria.search.max_restarts
+            && let Some(better) = without_if_zero(&next, &name)?
         {
             // The added effect only led the fit to a better minimum of the model without it.
+            restarts += 1;
             if let Some(last) = search.models.last_mut() {
                 *last = better;
             }
-            if restarts == criteria.search.max_restarts {
-                break;
-            }
-            restarts += 1;
             continue;
         }
         let rivals = step.rivals_of(chosen, criteria.screening.max_rivals);
@@ -77,6 +74,15 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
         }
         if too_much_left(criteria, &misfits) {
             break;
+        }
+    }
+    // No later effect has shown that the last one is unnecessary.
+    if let (Some(last), Some(added)) = (search.models.last(), search.added.last())
+        && let Some(less) = without_if_zero(last, &added.name)?
+    {
+        search.truncate(search.added.len() - 1);
+        if let Some(last) = search.models.last_mut() {
+            *last = less;
         }
     }
     if let Some(kept) = stage_before_stand_ins(criteria, &search.chi2_per_n()) {

@@ -65,7 +65,7 @@ impl<'a> Candidate<'a> {
     pub fn effect(base: &PredictedModel<'a>, screened: &Screened, penalty: f64) -> Option<Self> {
         let fitted = &base.fitted;
         let trial = &screened.trial;
-        if is_less_than_a_count(&fitted.data, trial.card, screened.score.values[0]) {
+        if is_less_than_a_count(fitted, trial.card, screened.score.values[0]) {
             return None;
         }
         let (system, parameters, own) = fitted.with(trial, &trial.fitted);
