@@ -50,6 +50,13 @@ fn less_than_a_count_is_not_lost() {
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["cable-spring".to_owned()][..]));
 }
 
+/// In slow rows something is left beside viscous friction. A free shape over the rate contains it, and fits a little better.
+#[test]
+fn effect_is_named_rather_than_its_own_shape() {
+    let e = answer("own/viscous/voltage/multi-step/9001", Dirt::SlowInstant);
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["viscous".to_owned()][..]));
+}
+
 /// Rows of 5 ms under the speed loop do not show what the voltage does within them. A gear ripple fits that, with a gain that is significant against the noise alone.
 #[test]
 fn what_the_voltage_may_do_within_slow_rows_is_no_effect() {

@@ -583,6 +583,12 @@ impl Criteria {
         (left - 1.0).max(0.0) / (given - 1.0).max(self.verdict.min_excess)
     }
 
+    /// A structure that leaves the χ²/n `structure` is a rival of effects that leave `effects`: it explains most of what they leave. A free shape contains the
+    /// shape of every effect over its coordinate, so that it always fits a little better where something else is left.
+    pub fn replaces(&self, structure: f64, effects: f64) -> bool {
+        structure <= self.noise.invisible || self.remainder(effects, structure) < self.verdict.max_remainder
+    }
+
     /// Effects that leave the fraction `remainder` of the excess, and the χ²/n `left`, may be the cause of the error.
     pub fn may_be_the_cause(&self, remainder: f64, left: f64) -> bool {
         let near_noise = self.noise.misfit(left) < MisfitClass::Dominant;
@@ -654,6 +660,15 @@ mod tests {
                 MisfitClass::Dominant
             ]
         );
+    }
+
+    #[test]
+    fn structure_replaces_effects_whose_remainder_it_explains() {
+        let c = Criteria::default();
+        assert!(c.replaces(1.0, 1.0) && c.replaces(1.0, 300.0), "only noise is left");
+        assert!(c.replaces(3.0, 9.0), "a quarter of the excess is left");
+        assert!(!c.replaces(2.4, 2.6), "what both leave is something else");
+        assert!(!c.replaces(9.0, 3.0));
     }
 
     #[test]

@@ -46,9 +46,10 @@ pub fn best(base: &FittedModel) -> Option<Unknown> {
     let mut laws: Vec<(PiecewiseLinear, f64)> = laws(base).into_par_iter().map(|law| (law.clone(), score(base, &law))).collect();
     laws.sort_by(|a, b| b.1.total_cmp(&a.1));
     let best = laws.into_par_iter().take(criteria.unknown.max_fitted);
-    let mut found: Vec<Unknown> = best.filter_map(|(law, _)| fit_piecewise_linear(base, &law)).collect();
-    found.extend(oscillations(base));
-    let best = found.into_iter().min_by(|a, b| a.shape.delta_bic.total_cmp(&b.shape.delta_bic));
+    let fitted: Vec<FittedLaw> = best.filter_map(|(law, _)| fit_piecewise_linear(base, law)).collect();
+    let law = fitted.into_iter().min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
+    let found = law.map(|law| law.with_expression(base)).into_iter().chain(oscillations(base));
+    let best = found.min_by(|a, b| a.shape.delta_bic.total_cmp(&b.shape.delta_bic));
     best.filter(|u| u.shape.delta_bic < -criteria.evidence.min_bic_difference)
 }
 
@@ -111,12 +112,25 @@ fn score(base: &FittedModel, law: &PiecewiseLinear) -> f64 {
 /// Half-width of the 95 % interval, standard errors.
 pub const CONFIDENCE_SIGMAS: f64 = 1.96;
 
-/// A law, fitted and compared, with the expression that describes it.
-fn fit_piecewise_linear(base: &FittedModel, law: &PiecewiseLinear) -> Option<Unknown> {
+/// Descents end where the χ² of the minimum is clear: a structure that explains the log is fitted to its minimum, one that leaves much need not be.
+const GOAL: Goal = Goal::Compare(f64::INFINITY);
+
+/// A law, fitted and compared.
+struct FittedLaw {
+    law: PiecewiseLinear,
+    /// Heights of its knots, and the half-widths of their 95 % intervals.
+    heights: Vec<f64>,
+    confidence: Vec<f64>,
+    bins: Vec<Bin>,
+    delta_bic: f64,
+    chi2_per_n: f64,
+}
+
+fn fit_piecewise_linear(base: &FittedModel, law: PiecewiseLinear) -> Option<FittedLaw> {
     let (mut system, mut parameters) = (base.system.clone(), base.fit.parameters.clone());
     let own = append_linear(&mut system, &mut parameters, NAME, Arc::new(law.clone()), law.count);
     let states = base.initial_states_for(&system, &parameters, &base.data);
-    let end = base.minimize(&system, &parameters, &base.data, &states, Goal::Minimum);
+    let end = base.minimize(&system, &parameters, &base.data, &states, GOAL);
     let equations = end.normal_equations(&base.weights);
     if !equations.cost.is_finite() {
         return None;
@@ -129,29 +143,37 @@ fn fit_piecewise_linear(base: &FittedModel, law: &PiecewiseLinear) -> Option<Unk
     };
     let heights: Vec<f64> = own.clone().map(|k| end.parameters.list[k].value).collect();
     let confidence: Vec<f64> = own.clone().map(|k| CONFIDENCE_SIGMAS * sigma(k)).collect();
-    let bins = bins(base.context.criteria, law, &heights, &confidence);
+    let bins = bins(base.context.criteria, &law, &heights, &confidence);
     if !bins.iter().any(|b| b.mean.abs() > b.confidence) {
         // The model's own parameters explain what the law seemed to explain.
         return None;
     }
     let (delta_bic, chi2_per_n) = compare(base, &system, &end, free.len() - base.free_parameters());
-    let unknown = &base.context.criteria.unknown;
-    let expressions = symbolic::proposals(unknown, law, &heights, &confidence, unknown.max_expressions);
-    let fitted: Vec<FittedExpression> = expressions.par_iter().filter_map(|proposal| fit_expression(base, proposal)).collect();
-    let expression = fitted.into_iter().min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
-    let shape = Shape {
-        acts_on: law.acts_on,
-        coordinate: law.coordinate,
-        form: ShapeForm::PiecewiseLinear { largest: bins.iter().map(|b| b.mean).max_abs() },
-        bins,
-        expression: expression.as_ref().map(FittedExpression::to_toml),
-        delta_bic,
-    };
-    Some(match expression {
-        // The expression describes the same structure with fewer parameters: its fit gives the evidence, the knots only the plot.
-        Some(e) if e.delta_bic < delta_bic => Unknown { shape: Shape { delta_bic: e.delta_bic, ..shape }, chi2_per_n: e.chi2_per_n },
-        _ => Unknown { shape, chi2_per_n },
-    })
+    Some(FittedLaw { law, heights, confidence, bins, delta_bic, chi2_per_n })
+}
+
+impl FittedLaw {
+    /// The law with the expression that describes it.
+    fn with_expression(self, base: &FittedModel) -> Unknown {
+        let FittedLaw { law, heights, confidence, bins, delta_bic, chi2_per_n } = self;
+        let unknown = &base.context.criteria.unknown;
+        let expressions = symbolic::proposals(unknown, &law, &heights, &confidence, unknown.max_expressions);
+        let fitted: Vec<FittedExpression> = expressions.par_iter().filter_map(|proposal| fit_expression(base, proposal)).collect();
+        let expression = fitted.into_iter().min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
+        let shape = Shape {
+            acts_on: law.acts_on,
+            coordinate: law.coordinate,
+            form: ShapeForm::PiecewiseLinear { largest: bins.iter().map(|b| b.mean).max_abs() },
+            bins,
+            expression: expression.as_ref().map(FittedExpression::to_toml),
+            delta_bic,
+        };
+        match expression {
+            // The expression describes the same structure with fewer parameters: its fit gives the evidence, the knots only the plot.
+            Some(e) if e.delta_bic < delta_bic => Unknown { shape: Shape { delta_bic: e.delta_bic, ..shape }, chi2_per_n: e.chi2_per_n },
+            _ => Unknown { shape, chi2_per_n },
+        }
+    }
 }
 
 /// The knots relative to their median, without those that few rows determine.
@@ -261,7 +283,7 @@ fn fit_expression(base: &FittedModel, proposal: &Proposal) -> Option<FittedExpre
         return None;
     }
     let states = base.initial_states_for(&system, &parameters, &base.data);
-    let end = base.minimize(&system, &parameters, &base.data, &states, Goal::Minimum);
+    let end = base.minimize(&system, &parameters, &base.data, &states, GOAL);
     if !end.normal_equations(&base.weights).cost.is_finite() {
         return None;
     }

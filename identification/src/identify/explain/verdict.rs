@@ -35,7 +35,7 @@ fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
     if found
         && let Some(unknown) = unknown_structure::best(first)
         && unknown.shape.delta_bic < bic_difference(first, last) - criteria.evidence.min_bic_difference
-        && unknown.chi2_per_n < chi2_per_n.max(criteria.noise.invisible)
+        && criteria.replaces(unknown.chi2_per_n, chi2_per_n)
     {
         search.remarks.push(Remark::UnknownStructureBetter { effects: search.names(0) });
         search.truncate(0);
