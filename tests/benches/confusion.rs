@@ -4,7 +4,7 @@
 //! `… -- dirt KIND [N] [SEED]` (nulls with an imperfection), `… -- dirty-own KIND [N] [SEED]` (effects with it)
 //!
 //! The word `prediction-error` at the end chooses that engine. N is the number of logs; for `own` and `outsiders`, of seeds for each effect, experiment and mode. `own EFFECT` and `outsiders KIND` run that one alone. `write
-//! ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV.
+//! ID FOLDER` writes a log with its models for `stand explain`; `engines OLD.csv NEW.csv` compares two engines on the logs of both files. Tables go to standard output, a line per log into a CSV.
 
 use std::fs::File;
 use std::io::Write;
@@ -19,6 +19,7 @@ use host_tools::identify::explain::Engine;
 use rayon::ThreadPoolBuilder;
 use stand_tests::dirt::Dirt;
 use stand_tests::draw::{Drawn, MODES, OUTSIDERS, PROFILES, mode_name};
+use stand_tests::engines;
 use stand_tests::foreign::{cases, stand_data};
 use stand_tests::tables::{self, Line};
 use stand_tests::verdicts::{Known, judge};
@@ -54,8 +55,7 @@ fn main() -> ExitCode {
         }
         "dirt" | "dirty-own" => {
             let Some(dirt) = words.get(1).and_then(|word| Dirt::by_name(word)) else {
-                eprintln!("{group} KIND, one of {}", Dirt::ALL.map(Dirt::name).join(", "));
-                return ExitCode::from(2);
+                return usage(&format!("{group} KIND, one of {}", Dirt::ALL.map(Dirt::name).join(", ")));
             };
             let ids: Vec<String> = if group == "dirt" {
                 (0..number(0, 100)).map(|k| null(k, first)).collect()
@@ -73,23 +73,31 @@ fn main() -> ExitCode {
                 println!("{}", tables::own(&lines));
             }
         }
+        "engines" => {
+            let tables: Result<Vec<_>, String> = words.iter().skip(1).map(|file| engines::read(file.as_ref())).collect();
+            match tables.as_deref() {
+                Ok([old, new]) => println!("{}", engines::table(old, new)),
+                Ok(_) => return usage("engines OLD.csv NEW.csv, the lines of two campaigns"),
+                Err(e) => return usage(e),
+            }
+        }
         "write" => {
             let (Some(drawn), Some(folder)) = (words.get(1).and_then(|id| Drawn::by_name(id)), words.get(2)) else {
-                eprintln!("write ID FOLDER, where ID is the name of a log as in the tables");
-                return ExitCode::from(2);
+                return usage("write ID FOLDER, where ID is the name of a log as in the tables");
             };
             if let Err(e) = drawn.write(&PathBuf::from(folder), words.get(3).and_then(|word| Dirt::by_name(word)).unwrap_or(Dirt::Clean)) {
-                eprintln!("{folder}: {e}");
-                return ExitCode::from(2);
+                return usage(&format!("{folder}: {e}"));
             }
             println!("{folder}: log.parquet, model.toml, truth.toml; hidden: {}", drawn.description());
         }
-        _ => {
-            eprintln!("one of: foreign, own, several, nulls, outsiders, write");
-            return ExitCode::from(2);
-        }
+        _ => return usage("one of: foreign, own, several, nulls, outsiders, dirt, dirty-own, engines, write"),
     }
     ExitCode::SUCCESS
+}
+
+fn usage(message: &str) -> ExitCode {
+    eprintln!("{message}");
+    ExitCode::from(2)
 }
 
 /// Names of all combinations of `of`, experiment and mode, `count` seeds each.
@@ -124,7 +132,7 @@ fn run(group: &str, ids: &[String], engine: Engine) -> Vec<Line> {
 
 /// Results on logs with an imperfection.
 fn run_dirty(group: &str, ids: &[String], dirt: Dirt, engine: Engine) -> Vec<Line> {
-    all(group, ids, |id| {
+    all(&with_engine(group, engine), ids, |id| {
         let drawn = Drawn::by_name(id)?;
         let known = Known {
             user: drawn.user_model(),
@@ -140,9 +148,17 @@ fn run_dirty(group: &str, ids: &[String], dirt: Dirt, engine: Engine) -> Vec<Lin
     })
 }
 
+/// Name of the CSV of a group: the results of both engines are kept.
+fn with_engine(group: &str, engine: Engine) -> String {
+    match engine {
+        Engine::PredictionError => format!("{group}-prediction-error"),
+        Engine::Whitened => group.to_owned(),
+    }
+}
+
 fn foreign(engine: Engine) {
     let data = stand_data();
-    let lines = all("foreign", &cases(&data), |case| {
+    let lines = all(&with_engine("foreign", engine), &cases(&data), |case| {
         let hidden: Vec<String> = Some(case.hidden.clone()).filter(|h| h != "none").into_iter().collect();
         let known = Known {
             user: case.user_model(),

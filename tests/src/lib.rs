@@ -10,6 +10,7 @@ pub mod draw;
 pub mod drawn_parts;
 pub mod drift;
 pub mod drift_coverage;
+pub mod engines;
 pub mod foreign;
 pub mod memory;
 pub mod own;
