@@ -4,10 +4,9 @@
 //! `… -- dirt KIND [N] [SEED]` (nulls with an imperfection), `… -- dirty-own KIND [N] [SEED]` (effects with it)
 //!
 //! The word `prediction-error` at the end chooses that engine. N is the number of logs; for `own` and `outsiders`, of seeds for each effect, experiment and mode. `own EFFECT` and `outsiders KIND` run that one alone. `write
-//! ID FOLDER` writes a log with its models for `stand explain`; `engines OLD.csv NEW.csv` compares two engines on the logs of both files. Tables go to standard output, a line per log into a CSV.
+//! ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV; `engines CSV…` compares the two engines
+//! on the logs of these files that both have answered.
 
-use std::fs::File;
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -33,25 +32,26 @@ fn main() -> ExitCode {
     let first = number(1, 1);
     let group = words.first().map_or("", String::as_str);
     let engine = if words.iter().any(|w| w == "prediction-error") { Engine::PredictionError } else { Engine::Whitened };
+    let campaign = Campaign { name: words.join("-"), group: group.to_owned(), engine };
     match group {
-        "foreign" => foreign(engine),
+        "foreign" => foreign(&campaign),
         "own" => {
             let ids = each(group, &if effects.is_empty() { cards().iter().map(|c| c.id).collect() } else { effects }, number(0, 1), first);
-            println!("{}", tables::own(&run(group, &ids, engine)));
+            println!("{}", tables::own(&run(&campaign, &ids)));
         }
         "outsiders" => {
             let named: Vec<&str> = OUTSIDERS.into_iter().filter(|id| words.iter().any(|w| w == id)).collect();
             let of = if named.is_empty() { OUTSIDERS.to_vec() } else { named };
-            println!("{}", tables::outsiders(&run(group, &each(group, &of, number(0, 2), first), engine)));
+            println!("{}", tables::outsiders(&run(&campaign, &each(group, &of, number(0, 2), first))));
         }
         "several" => {
             let ids: Vec<String> = (0..number(0, 60)).map(|k| format!("several/{}/{}", 2 + k % 2, experiment(k / 2, first))).collect();
-            println!("{}", tables::several(&run(group, &ids, engine)));
+            println!("{}", tables::several(&run(&campaign, &ids)));
         }
         "nulls" => {
             let ids: Vec<String> = (0..number(0, 1000)).map(|k| null(k, first)).collect();
             let of = |id: &str| id.split('/').take(2).collect::<Vec<_>>().join(", ");
-            println!("{}", tables::nulls(&run(group, &ids, engine), of));
+            println!("{}", tables::nulls(&run(&campaign, &ids), of));
         }
         "dirt" | "dirty-own" => {
             let Some(dirt) = words.get(1).and_then(|word| Dirt::by_name(word)) else {
@@ -66,21 +66,17 @@ fn main() -> ExitCode {
                 let one = |k: u64| format!("own/{}/{}", all[(k % n) as usize], experiment(k % n + k / n, first));
                 (0..number(0, 100)).map(one).collect()
             };
-            let lines = run_dirty(&format!("{group}-{}", dirt.name()), &ids, dirt, engine);
+            let lines = run_dirty(&Campaign { group: format!("{group}-{}", dirt.name()), ..campaign }, &ids, dirt);
             if group == "dirt" {
                 println!("{}", tables::nulls(&lines, |_| dirt.name().to_owned()));
             } else {
                 println!("{}", tables::own(&lines));
             }
         }
-        "engines" => {
-            let tables: Result<Vec<_>, String> = words.iter().skip(1).map(|file| engines::read(file.as_ref())).collect();
-            match tables.as_deref() {
-                Ok([old, new]) => println!("{}", engines::table(old, new)),
-                Ok(_) => return usage("engines OLD.csv NEW.csv, the lines of two campaigns"),
-                Err(e) => return usage(e),
-            }
-        }
+        "engines" => match engines::read(words.get(1..).unwrap_or_default()).and_then(|answers| engines::table(&answers)) {
+            Ok(table) => println!("{table}"),
+            Err(e) => return usage(&format!("engines CSV…: {e}")),
+        },
         "write" => {
             let (Some(drawn), Some(folder)) = (words.get(1).and_then(|id| Drawn::by_name(id)), words.get(2)) else {
                 return usage("write ID FOLDER, where ID is the name of a log as in the tables");
@@ -98,6 +94,15 @@ fn main() -> ExitCode {
 fn usage(message: &str) -> ExitCode {
     eprintln!("{message}");
     ExitCode::from(2)
+}
+
+/// One call of this program.
+struct Campaign {
+    /// The words of the command, which name the CSV.
+    name: String,
+    /// Kind of the logs.
+    group: String,
+    engine: Engine,
 }
 
 /// Names of all combinations of `of`, experiment and mode, `count` seeds each.
@@ -126,13 +131,13 @@ fn null(k: u64, first: u64) -> String {
     format!("{group}/{mode}/{}/{}", PROFILES[(k / 3) as usize % 3], first + k)
 }
 
-fn run(group: &str, ids: &[String], engine: Engine) -> Vec<Line> {
-    run_dirty(group, ids, Dirt::Clean, engine)
+fn run(campaign: &Campaign, ids: &[String]) -> Vec<Line> {
+    run_dirty(campaign, ids, Dirt::Clean)
 }
 
 /// Results on logs with an imperfection.
-fn run_dirty(group: &str, ids: &[String], dirt: Dirt, engine: Engine) -> Vec<Line> {
-    all(&with_engine(group, engine), ids, |id| {
+fn run_dirty(campaign: &Campaign, ids: &[String], dirt: Dirt) -> Vec<Line> {
+    all(campaign, ids, |id| {
         let drawn = Drawn::by_name(id)?;
         let known = Known {
             user: drawn.user_model(),
@@ -142,23 +147,15 @@ fn run_dirty(group: &str, ids: &[String], dirt: Dirt, engine: Engine) -> Vec<Lin
             rate_from_encoder: false,
             without: &|effect| Some(drawn.true_model_without(effect)),
         };
-        let outcome = judge(dirt.on(&drawn.log(), drawn.seed()), &known, engine);
+        let outcome = judge(dirt.on(&drawn.log(), drawn.seed()), &known, campaign.engine);
         let hidden = drawn.hidden.iter().chain(&drawn.outsider).cloned().collect();
         Some(Line { id: id.clone(), hidden, description: drawn.description(), outcome })
     })
 }
 
-/// Name of the CSV of a group: the results of both engines are kept.
-fn with_engine(group: &str, engine: Engine) -> String {
-    match engine {
-        Engine::PredictionError => format!("{group}-prediction-error"),
-        Engine::Whitened => group.to_owned(),
-    }
-}
-
-fn foreign(engine: Engine) {
+fn foreign(campaign: &Campaign) {
     let data = stand_data();
-    let lines = all(&with_engine("foreign", engine), &cases(&data), |case| {
+    let lines = all(campaign, &cases(&data), |case| {
         let hidden: Vec<String> = Some(case.hidden.clone()).filter(|h| h != "none").into_iter().collect();
         let known = Known {
             user: case.user_model(),
@@ -168,7 +165,7 @@ fn foreign(engine: Engine) {
             rate_from_encoder: case.rate_from_encoder,
             without: &|_| None,
         };
-        let outcome = judge(case.log.clone(), &known, engine);
+        let outcome = judge(case.log.clone(), &known, campaign.engine);
         Some(Line { id: case.name.clone(), hidden: hidden.clone(), description: format!("{:?}", case.truth), outcome })
     });
     println!("{}", tables::foreign(&lines));
@@ -176,11 +173,11 @@ fn foreign(engine: Engine) {
 
 /// Results in the sequence of the inputs. Each core's thread explains one log at a time, single-threaded: an explanation that shares threads would
 /// interleave with others, and its time would include theirs. A line is written to the CSV as soon as it is ready.
-fn all<T: Sync>(group: &str, of: &[T], answer: impl Fn(&T) -> Option<Line> + Sync) -> Vec<Line> {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("confusion-{group}.csv"));
-    let csv = File::create(&path).and_then(|mut file| writeln!(file, "{}", tables::CSV_HEAD).map(|()| file));
-    let csv = match csv {
-        Ok(file) => Some(file),
+fn all<T: Sync>(campaign: &Campaign, of: &[T], answer: impl Fn(&T) -> Option<Line> + Sync) -> Vec<Line> {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("confusion-{}.csv", campaign.name));
+    let begun = csv::Writer::from_path(&path).and_then(|mut csv| csv.write_record(tables::CSV_FIELDS).map(|()| csv));
+    let csv = match begun {
+        Ok(csv) => Some(csv),
         Err(e) => {
             eprintln!("{}: {e}", path.display());
             None
@@ -208,9 +205,10 @@ fn all<T: Sync>(group: &str, of: &[T], answer: impl Fn(&T) -> Option<Line> + Syn
                         o.missing,
                         o.seconds
                     );
-                    if let Some(file) = csv {
+                    if let Some(csv) = csv {
                         // A line that cannot be written is still in the table.
-                        let _ = writeln!(file, "{}", tables::csv_line(&line));
+                        let _ = csv.write_record(tables::csv_record(&campaign.group, engines::name(campaign.engine), &line));
+                        let _ = csv.flush();
                     }
                     lines.push((k, line));
                 }

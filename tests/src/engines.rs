@@ -1,17 +1,30 @@
-//! Two engines on the same logs: what each names, and whether the difference is significant.
+//! The two engines of `explain` on the same logs: what each names, and whether the difference is significant.
+//!
+//! In: the CSVs of campaigns ([`crate::tables::csv_record`]). Out: a table for docs/figures.md.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
+use drive_model::cards;
+use host_tools::identify::explain::Engine;
 use serde::Deserialize;
 use statrs::distribution::{Binomial, DiscreteCDF};
 
-use crate::TWO_SIDED_95;
-use crate::verdicts::stem;
+use crate::tables::{Line, extra};
+use crate::verdicts::Outcome;
 
-/// A line of a campaign's CSV ([`crate::tables::csv_line`]).
-#[derive(Debug, Clone, Deserialize)]
-pub struct Answer {
+/// Name of an engine in the CSV and on the command line.
+pub fn name(engine: Engine) -> &'static str {
+    match engine {
+        Engine::Whitened => "whitened",
+        Engine::PredictionError => "prediction-error",
+    }
+}
+
+/// The fields of a record that are compared.
+#[derive(Deserialize)]
+struct Record {
+    group: String,
+    engine: String,
     id: String,
     hidden: String,
     verdict: String,
@@ -21,45 +34,60 @@ pub struct Answer {
     seconds: f64,
 }
 
-/// Names of a field that lists several.
-fn listed(field: &str) -> impl Iterator<Item = &str> {
-    field.split("; ").filter(|name| !name.is_empty())
+/// The answer of an engine to a log.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    group: String,
+    engine: String,
+    line: Line,
 }
 
-impl Answer {
-    /// Nothing hidden: adequate. Otherwise a hidden effect, or one of its family that this log does not distinguish from it, is named first. Whether an
-    /// effect is visible is not asked, because that depends on the rivals of an engine.
-    fn is_right(&self) -> bool {
-        let Some(first) = listed(&self.missing).next() else { return self.hidden.is_empty() && self.verdict == "adequate" };
-        listed(&self.hidden).any(|h| stem(first) == h || listed(&self.ambiguous_with).any(|a| stem(a) == h))
-    }
-
-    /// An effect is named that is not there.
-    fn has_phantom(&self) -> bool {
-        listed(&self.missing).enumerate().any(|(k, name)| {
-            let family = k == 0 && self.is_right();
-            !family && !listed(&self.hidden).any(|h| stem(name) == h)
-        })
-    }
-
-    /// The worst answer: an effect that is not there, and nothing is said to be left.
-    fn is_wrongly_found(&self) -> bool {
-        self.verdict == "effect-found" && self.has_phantom()
-    }
-
-    /// Deviations of the parameters of rightly added effects, σ.
-    fn deviations(&self) -> impl Iterator<Item = f64> {
-        listed(&self.deviations_sigma).filter_map(|d| d.rsplit(' ').next()?.parse().ok())
+impl From<Record> for Answer {
+    fn from(r: Record) -> Self {
+        let list = |field: &str| -> Vec<String> { field.split("; ").filter(|name| !name.is_empty()).map(str::to_owned).collect() };
+        let deviation = |text: String| text.rsplit_once(' ').and_then(|(name, off)| Some((name.to_owned(), off.parse().ok()?)));
+        let outcome = Outcome {
+            verdict: r.verdict,
+            missing: list(&r.missing),
+            ambiguous_with: list(&r.ambiguous_with),
+            deviations: list(&r.deviations_sigma).into_iter().filter_map(deviation).collect(),
+            seconds: r.seconds,
+            ..Outcome::default()
+        };
+        let line = Line { id: r.id, hidden: list(&r.hidden), description: String::new(), outcome };
+        Answer { group: r.group, engine: r.engine, line }
     }
 }
 
-/// Answers of a campaign.
+/// Answers of some campaigns.
 ///
 /// # Errors
-/// With the file's name and its row, if it is not a CSV of `confusion`.
-pub fn read(path: &Path) -> Result<Vec<Answer>, String> {
-    let mut file = csv::Reader::from_path(path).map_err(|e| format!("{}: {e}", path.display()))?;
-    file.deserialize().collect::<Result<_, _>>().map_err(|e| format!("{}: {e}", path.display()))
+/// With the file's name, and the row and field that are not those of a campaign.
+pub fn read(paths: &[String]) -> Result<Vec<Answer>, String> {
+    let mut answers = Vec::new();
+    for path in paths {
+        let file = csv::Reader::from_path(path).map_err(|e| format!("{path}: {e}"))?;
+        for record in file.into_deserialize::<Record>() {
+            answers.push(record.map_err(|e| format!("{path}: {e}"))?.into());
+        }
+    }
+    Ok(answers)
+}
+
+/// Nothing hidden: adequate. Effects hidden: one of them, or one that this log does not distinguish from it, is named first. A disturbance outside the catalogue:
+/// unknown structure. Unlike in [`crate::tables::is_right`] an effect need not be visible, because that depends on the rivals of an engine.
+fn is_right(line: &Line) -> bool {
+    let (hidden, verdict) = (&line.hidden, line.outcome.verdict.as_str());
+    match hidden.first() {
+        None => verdict == "adequate",
+        Some(first) if cards().iter().any(|c| c.id == first) => hidden.iter().any(|h| line.outcome.names_family_first(h)),
+        Some(_) => verdict == "unknown-structure",
+    }
+}
+
+/// An effect is named that is not there.
+fn has_phantom(line: &Line) -> bool {
+    !extra(line).is_empty()
 }
 
 /// Two-sided exact p of McNemar's test (Psychometrika 12 (1947) 153): of the logs in which the engines differ, each is right in one half, if they are equally good.
@@ -68,86 +96,97 @@ fn mcnemar(only_old: u64, only_new: u64) -> f64 {
     (2.0 * coin.cdf(only_old.min(only_new))).min(1.0)
 }
 
-/// Totals of one engine.
-struct Side {
-    covered: usize,
-    intervals: usize,
-    /// Sorted.
-    seconds: Vec<f64>,
+/// Covered intervals of an engine's rightly added effects.
+fn coverage(lines: &[&Line]) -> String {
+    let outcomes = || lines.iter().map(|line| &line.outcome);
+    format!("{} of {}", outcomes().map(Outcome::covered).sum::<usize>(), outcomes().map(|o| o.deviations.len()).sum::<usize>())
 }
 
-impl Side {
-    fn of<'a>(answers: impl Iterator<Item = &'a Answer> + Clone) -> Self {
-        let deviations: Vec<f64> = answers.clone().flat_map(Answer::deviations).collect();
-        let mut seconds: Vec<f64> = answers.map(|a| a.seconds).collect();
-        seconds.sort_by(f64::total_cmp);
-        Side { covered: deviations.iter().filter(|d| d.abs() < TWO_SIDED_95).count(), intervals: deviations.len(), seconds }
-    }
-
-    fn seconds_at(&self, part: f64) -> f64 {
-        self.seconds.get((self.seconds.len() as f64 * part) as usize).or(self.seconds.last()).copied().unwrap_or(f64::NAN)
-    }
+/// Processor seconds of an engine.
+fn seconds(lines: &[&Line]) -> String {
+    let mut seconds: Vec<f64> = lines.iter().map(|line| line.outcome.seconds).collect();
+    seconds.sort_by(f64::total_cmp);
+    let at = |part: f64| seconds.get((seconds.len() as f64 * part) as usize).or(seconds.last()).copied().unwrap_or(f64::NAN);
+    format!("{:.1}, {:.1}, {:.0}, {:.0}", at(0.5), at(0.95), at(1.0), seconds.iter().sum::<f64>())
 }
 
-/// The answers of two engines to the logs that both have.
-pub fn table(old: &[Answer], new: &[Answer]) -> String {
-    let by_id: BTreeMap<&str, &Answer> = new.iter().map(|a| (a.id.as_str(), a)).collect();
-    let pairs: Vec<(&Answer, &Answer)> = old.iter().filter_map(|a| Some((a, *by_id.get(a.id.as_str())?))).collect();
+/// The answers of both engines to the logs that both have: the engine on whitened residuals is the old one.
+///
+/// # Errors
+/// No log has been answered by both.
+pub fn table(answers: &[Answer]) -> Result<String, String> {
+    let of = |engine: Engine| answers.iter().filter(move |a| a.engine == name(engine)).map(|a| ((&a.group, &a.line.id), &a.line));
+    let by_new: BTreeMap<_, _> = of(Engine::PredictionError).collect();
+    let by_both: BTreeMap<_, _> = of(Engine::Whitened).filter_map(|(log, old)| Some((log, (old, *by_new.get(&log)?)))).collect();
+    let (old, new): (Vec<&Line>, Vec<&Line>) = by_both.values().copied().unzip();
+    if old.is_empty() {
+        return Err("no log has been answered by both engines".to_owned());
+    }
     let mut text =
         "| of the same logs | old | new | in the old alone | in the new alone | McNemar's p |\n|---|---|---|---|---|---|\n".to_owned();
-    let mut row = |name: &str, test: &dyn Fn(&Answer) -> bool| {
-        let count = |test: &dyn Fn(&(&Answer, &Answer)) -> bool| pairs.iter().filter(|pair| test(pair)).count() as u64;
-        let (only_old, only_new) = (count(&|(a, b)| test(a) && !test(b)), count(&|(a, b)| !test(a) && test(b)));
-        let (of_old, of_new) = (count(&|(a, _)| test(a)), count(&|(_, b)| test(b)));
-        text += &format!("| {name} | {of_old} | {of_new} | {only_old} | {only_new} | {:.2} |\n", mcnemar(only_old, only_new));
+    let mut row = |name: &str, test: &dyn Fn(&Line) -> bool| {
+        let results: Vec<(bool, bool)> = old.iter().zip(&new).map(|(a, b)| (test(a), test(b))).collect();
+        let count = |wanted: &dyn Fn(bool, bool) -> bool| results.iter().filter(|(a, b)| wanted(*a, *b)).count() as u64;
+        let (only_old, only_new) = (count(&|a, b| a && !b), count(&|a, b| !a && b));
+        let (by_old, by_new) = (count(&|a, _| a), count(&|_, b| b));
+        text += &format!("| {name} | {by_old} | {by_new} | {only_old} | {only_new} | {:.2} |\n", mcnemar(only_old, only_new));
     };
-    row("right: named first; or adequate, nothing hidden", &Answer::is_right);
-    row("an effect that is not there, `effect-found`", &Answer::is_wrongly_found);
-    row("an effect that is not there, any verdict", &Answer::has_phantom);
-    row("nothing named, `unknown-structure`", &|a| a.missing.is_empty() && a.verdict == "unknown-structure");
-    row("an effect is hidden, `adequate`", &|a| !a.hidden.is_empty() && a.verdict == "adequate");
-    row("refused", &|a| a.verdict == "bad-log" || a.verdict == "error");
-    let sides = [Side::of(pairs.iter().map(|(a, _)| *a)), Side::of(pairs.iter().map(|(_, b)| *b))];
-    let mut both = |name: &str, cell: &dyn Fn(&Side) -> String| {
-        text += &format!("| {name} | {} | {} | | | |\n", cell(&sides[0]), cell(&sides[1]));
-    };
-    both("95 % intervals of rightly added effects that cover", &|side| format!("{} of {}", side.covered, side.intervals));
-    both("seconds on one core: median, 95 %, largest", &|side| {
-        format!("{:.1}, {:.1}, {:.1}", side.seconds_at(0.5), side.seconds_at(0.95), side.seconds_at(1.0))
-    });
-    text += &format!("\n{} logs. Different answers:\n\n| log | old | new |\n|---|---|---|\n", pairs.len());
-    for (a, b) in pairs.iter().filter(|(a, b)| a.is_right() != b.is_right() || a.has_phantom() != b.has_phantom()) {
-        text += &format!("| {} | {} {} | {} {} |\n", a.id, a.verdict, a.missing, b.verdict, b.missing);
+    row("right: named first; or adequate, nothing hidden", &is_right);
+    row("an effect that is not there, `effect-found`", &|line| line.outcome.verdict == "effect-found" && has_phantom(line));
+    row("an effect that is not there, any verdict", &has_phantom);
+    row("nothing named, `unknown-structure`", &|line| line.outcome.missing.is_empty() && line.outcome.verdict == "unknown-structure");
+    row("an effect is hidden, `adequate`", &|line| !line.hidden.is_empty() && line.outcome.verdict == "adequate");
+    row("refused", &|line| line.outcome.verdict == "bad-log" || line.outcome.verdict == "error");
+    text += &format!("| 95 % intervals of rightly added effects that cover | {} | {} | | | |\n", coverage(&old), coverage(&new));
+    text += &format!("| seconds on one core: median, 95 %, largest, sum | {} | {} | | | |\n", seconds(&old), seconds(&new));
+    text += &format!("\n{} logs. Different answers:\n\n| log | old | new |\n|---|---|---|\n", old.len());
+    for (a, b) in old.iter().zip(&new).filter(|(a, b)| is_right(a) != is_right(b) || has_phantom(a) != has_phantom(b)) {
+        let answer = |line: &Line| format!("{} {}", line.outcome.verdict, line.outcome.missing.join(", "));
+        text += &format!("| {} | {} | {} |\n", a.id, answer(a), answer(b));
     }
-    text
+    Ok(text)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn answer(hidden: &str, verdict: &str, missing: &str, ambiguous_with: &str) -> Answer {
-        Answer {
-            id: String::new(),
-            hidden: hidden.into(),
-            verdict: verdict.into(),
-            missing: missing.into(),
-            ambiguous_with: ambiguous_with.into(),
-            deviations_sigma: "coulomb_N_m -0.50; load_N_m +3.10".into(),
-            seconds: 1.0,
-        }
+    fn answer(engine: &str, id: &str, hidden: &str, verdict: &str, missing: &str, ambiguous_with: &str) -> Answer {
+        let [group, engine, id, hidden, verdict, missing, ambiguous_with] =
+            ["own", engine, id, hidden, verdict, missing, ambiguous_with].map(str::to_owned);
+        let deviations_sigma = "coulomb_N_m -0.50; load_N_m +3.10".to_owned();
+        Record { group, engine, id, hidden, verdict, missing, ambiguous_with, deviations_sigma, seconds: 1.0 }.into()
     }
 
     #[test]
     fn right_and_wrong_answers() {
-        let right = answer("coulomb", "effect-found", "coulomb; cogging#2", "");
-        assert!(right.is_right() && right.has_phantom() && right.is_wrongly_found());
-        let family = answer("load", "effect-found", "asymmetric-friction", "load");
-        assert!(family.is_right() && !family.has_phantom());
-        let partly = answer("", "partly-explained", "cogging", "");
-        assert!(!partly.is_right() && partly.has_phantom() && !partly.is_wrongly_found());
-        assert!(answer("", "adequate", "", "").is_right() && !answer("cogging", "adequate", "", "").is_right());
-        assert_eq!(right.deviations().collect::<Vec<_>>(), [-0.5, 3.1]);
+        let of = |hidden, verdict, missing, ambiguous_with| {
+            let line = answer("whitened", "a", hidden, verdict, missing, ambiguous_with).line;
+            (is_right(&line), has_phantom(&line))
+        };
+        assert_eq!(of("coulomb", "effect-found", "coulomb; cogging#2", ""), (true, true));
+        assert_eq!(of("load", "effect-found", "asymmetric-friction", "load"), (true, false));
+        assert_eq!(of("", "partly-explained", "cogging", ""), (false, true));
+        assert_eq!(of("", "adequate", "", ""), (true, false));
+        assert_eq!(of("cogging", "adequate", "", ""), (false, false));
+        assert_eq!(of("sector-rub", "unknown-structure", "torque-ripple", ""), (true, true));
+    }
+
+    /// Only logs that both engines have are compared; a line per kind of answer, with the logs in which the engines differ.
+    #[test]
+    fn engines_are_compared_on_their_common_logs() {
+        let answers = [
+            answer("whitened", "a", "coulomb", "effect-found", "coulomb; cogging", ""),
+            answer("prediction-error", "a", "coulomb", "effect-found", "coulomb", ""),
+            answer("whitened", "b", "load", "effect-found", "load", ""),
+            answer("prediction-error", "b", "load", "adequate", "", ""),
+            answer("whitened", "c", "", "adequate", "", ""),
+        ];
+        let text = table(&answers).expect("two common logs");
+        assert!(text.contains("| right: named first; or adequate, nothing hidden | 2 | 1 | 1 | 0 | 1.00 |"), "{text}");
+        assert!(text.contains("| an effect that is not there, `effect-found` | 1 | 0 | 1 | 0 | 1.00 |"), "{text}");
+        assert!(text.contains("that cover | 2 of 4 | 2 of 4 |") && text.contains("\n2 logs."), "{text}");
+        assert!(table(&answers[4..]).is_err_and(|e| e.contains("both engines")));
     }
 
     /// 1 of 10: 2 · (1 + 10) / 1024.

@@ -183,7 +183,8 @@ pub fn several(lines: &[Line]) -> String {
     text + &added(lines)
 }
 
-fn extra(line: &Line) -> Vec<&str> {
+/// Added effects that are not there; the first counts as there where the log does not distinguish it from a hidden one.
+pub fn extra(line: &Line) -> Vec<&str> {
     let family =
         |m: &str| line.outcome.ambiguous_with.iter().any(|a| line.hidden.iter().any(|h| stem(a) == h)) && line.outcome.missing[0] == m;
     line.outcome.missing.iter().filter(|m| !line.hidden.iter().any(|h| stem(m) == h) && !family(m)).map(String::as_str).collect()
@@ -256,17 +257,36 @@ pub fn outsiders(lines: &[Line]) -> String {
     text
 }
 
-/// Names of [`csv_line`]'s fields.
-pub const CSV_HEAD: &str = "id,hidden,verdict,missing,ambiguous_with,visible,right,margin_bic,ratio_before,ratio_after,coordinate,\
-                            candidates,deviations_sigma,seconds,error,parameters";
+/// Names of [`csv_record`]'s fields.
+pub const CSV_FIELDS: [&str; 18] = [
+    "group",
+    "engine",
+    "id",
+    "hidden",
+    "verdict",
+    "missing",
+    "ambiguous_with",
+    "visible",
+    "right",
+    "margin_bic",
+    "ratio_before",
+    "ratio_after",
+    "coordinate",
+    "candidates",
+    "deviations_sigma",
+    "seconds",
+    "error",
+    "parameters",
+];
 
-/// One log as a CSV line, for the analysis of failures.
-pub fn csv_line(line: &Line) -> String {
+/// One log as a record of a CSV, for the analysis of failures and for [`crate::engines`]. Logs of one group and id are equal.
+pub fn csv_record(group: &str, engine: &str, line: &Line) -> [String; 18] {
     let o = &line.outcome;
     let candidates: Vec<String> = o.candidates.iter().map(|(name, bic)| bic.map_or(name.clone(), |b| format!("{name} {b:.0}"))).collect();
     let deviations: Vec<String> = o.deviations.iter().map(|(name, off)| format!("{name} {off:+.2}")).collect();
-    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "'").replace('\n', " "));
-    let fields = [
+    [
+        group.to_owned(),
+        engine.to_owned(),
         line.id.clone(),
         line.hidden.join("; "),
         o.verdict.clone(),
@@ -278,11 +298,10 @@ pub fn csv_line(line: &Line) -> String {
         format!("{:.4}", o.ratio_before),
         format!("{:.4}", o.ratio_after),
         o.coordinate.clone(),
-        quoted(&candidates.join("; ")),
-        quoted(&deviations.join("; ")),
+        candidates.join("; "),
+        deviations.join("; "),
         format!("{:.2}", o.seconds),
-        quoted(&o.error),
-        quoted(&line.description),
-    ];
-    fields.join(",")
+        o.error.clone(),
+        line.description.clone(),
+    ]
 }

@@ -50,7 +50,7 @@ fn less_than_a_count_is_not_lost() {
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["cable-spring".to_owned()][..]));
 }
 
-/// In slow rows something is left beside viscous friction. A free shape over the rate contains it, and fits a little better.
+/// Beside viscous friction the voltage between slow rows leaves an error. A free function of the rate contains viscous friction and fits slightly better.
 #[test]
 fn effect_is_named_rather_than_its_own_shape() {
     let e = answer("own/viscous/voltage/multi-step/9001", Dirt::SlowInstant);

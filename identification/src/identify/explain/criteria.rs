@@ -583,8 +583,8 @@ impl Criteria {
         (left - 1.0).max(0.0) / (given - 1.0).max(self.verdict.min_excess)
     }
 
-    /// A structure that leaves the χ²/n `structure` is a rival of effects that leave `effects`: it explains most of what they leave. A free shape contains the
-    /// shape of every effect over its coordinate, so that it always fits a little better where something else is left.
+    /// A structure that leaves the χ²/n `structure` replaces effects that leave `effects`: it leaves noise, or explains most of what they leave. A free function
+    /// contains the shape of each effect over its coordinate; where something else is left, a slightly better fit is no evidence for it.
     pub fn replaces(&self, structure: f64, effects: f64) -> bool {
         structure <= self.noise.invisible || self.remainder(effects, structure) < self.verdict.max_remainder
     }

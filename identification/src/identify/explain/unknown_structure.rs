@@ -112,7 +112,7 @@ fn score(base: &FittedModel, law: &PiecewiseLinear) -> f64 {
 /// Half-width of the 95 % interval, standard errors.
 pub const CONFIDENCE_SIGMAS: f64 = 1.96;
 
-/// Descents end where the χ² of the minimum is clear: a structure that explains the log is fitted to its minimum, one that leaves much need not be.
+/// Goal of the descents. Near the noise they go to the minimum; a structure that leaves much is compared at an approximate χ².
 const GOAL: Goal = Goal::Compare(f64::INFINITY);
 
 /// A law, fitted and compared.
