@@ -1,11 +1,11 @@
 //! How often `explain` names the hidden effect, and the effects named instead.
 //!
 //! `cargo bench -p stand-tests --bench confusion -- foreign | own [N] [SEED] | several [N] [SEED] | nulls [N] [SEED] | outsiders [N] [SEED]`
-//! `… -- dirt KIND [N] [SEED]` (nulls with an imperfection), `… -- dirty-own KIND [N] [SEED]` (effects with it)
+//! `… -- dirt KIND [N] [SEED]` (nulls with an imperfection), `… -- dirty-own KIND [N] [SEED]` (effects with it), `… -- logs [KIND] ID…` (these logs)
 //!
 //! The word `prediction-error` at the end chooses that engine. N is the number of logs; for `own` and `outsiders`, of seeds for each effect, experiment and mode. `own EFFECT` and `outsiders KIND` run that one alone. `write
-//! ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV; `engines CSV…` compares the two engines
-//! on the logs of these files that both have answered.
+//! ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV; `pooled CSV…` prints
+//! a row for each kind of logs in these files, `engines CSV…` compares the two engines on the logs that both have answered.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -16,9 +16,9 @@ use std::time::Instant;
 use drive_model::cards;
 use host_tools::identify::explain::Engine;
 use rayon::ThreadPoolBuilder;
+use stand_tests::campaigns;
 use stand_tests::dirt::Dirt;
 use stand_tests::draw::{Drawn, MODES, OUTSIDERS, PROFILES, mode_name};
-use stand_tests::engines;
 use stand_tests::foreign::{cases, stand_data};
 use stand_tests::tables::{self, Line};
 use stand_tests::verdicts::{Known, judge};
@@ -73,10 +73,20 @@ fn main() -> ExitCode {
                 println!("{}", tables::own(&lines));
             }
         }
-        "engines" => match engines::read(words.get(1..).unwrap_or_default()).and_then(|answers| engines::table(&answers)) {
-            Ok(table) => println!("{table}"),
-            Err(e) => return usage(&format!("engines CSV…: {e}")),
-        },
+        "logs" => {
+            let dirt = words.iter().find_map(|word| Dirt::by_name(word)).unwrap_or(Dirt::Clean);
+            let ids: Vec<String> = words.iter().filter(|word| word.contains('/')).cloned().collect();
+            let one_each = Campaign { name: format!("{group}-{}", dirt.name()), ..campaign };
+            println!("{}", tables::own(&run_dirty(&one_each, &ids, dirt)));
+        }
+        "engines" | "pooled" => {
+            let table = campaigns::read(words.get(1..).unwrap_or_default())
+                .and_then(|answers| if group == "engines" { campaigns::engines(&answers) } else { Ok(campaigns::pooled(&answers)) });
+            match table {
+                Ok(table) => println!("{table}"),
+                Err(e) => return usage(&format!("{group} CSV…: {e}")),
+            }
+        }
         "write" => {
             let (Some(drawn), Some(folder)) = (words.get(1).and_then(|id| Drawn::by_name(id)), words.get(2)) else {
                 return usage("write ID FOLDER, where ID is the name of a log as in the tables");
@@ -86,7 +96,7 @@ fn main() -> ExitCode {
             }
             println!("{folder}: log.parquet, model.toml, truth.toml; hidden: {}", drawn.description());
         }
-        _ => return usage("one of: foreign, own, several, nulls, outsiders, dirt, dirty-own, engines, write"),
+        _ => return usage("one of: foreign, own, several, nulls, outsiders, dirt, dirty-own, logs, engines, pooled, write"),
     }
     ExitCode::SUCCESS
 }
@@ -207,7 +217,7 @@ fn all<T: Sync>(campaign: &Campaign, of: &[T], answer: impl Fn(&T) -> Option<Lin
                     );
                     if let Some(csv) = csv {
                         // A line that cannot be written is still in the table.
-                        let _ = csv.write_record(tables::csv_record(&campaign.group, engines::name(campaign.engine), &line));
+                        let _ = csv.write_record(tables::csv_record(&campaign.group, campaigns::name(campaign.engine), &line));
                         let _ = csv.flush();
                     }
                     lines.push((k, line));

@@ -4,13 +4,13 @@
 pub mod allan_coverage;
 pub mod bench;
 pub mod calibration;
+pub mod campaigns;
 pub mod coverage_table;
 pub mod dirt;
 pub mod draw;
 pub mod drawn_parts;
 pub mod drift;
 pub mod drift_coverage;
-pub mod engines;
 pub mod foreign;
 pub mod memory;
 pub mod own;

@@ -279,7 +279,7 @@ pub const CSV_FIELDS: [&str; 18] = [
     "parameters",
 ];
 
-/// One log as a record of a CSV, for the analysis of failures and for [`crate::engines`]. Logs of one group and id are equal.
+/// One log as a record of a CSV, for the analysis of failures and for [`crate::campaigns`]. Logs of one group and id are equal.
 pub fn csv_record(group: &str, engine: &str, line: &Line) -> [String; 18] {
     let o = &line.outcome;
     let candidates: Vec<String> = o.candidates.iter().map(|(name, bic)| bic.map_or(name.clone(), |b| format!("{name} {b:.0}"))).collect();

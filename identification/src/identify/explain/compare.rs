@@ -144,10 +144,18 @@ impl AddingStep<'_> {
         Doubt { chosen, rivals: candidates }
     }
 
-    /// The best `count` rivals of the chosen candidate, which may take its place later.
+    /// The best `count` rivals of the chosen candidate, which may take its place later; of those that the logs do not distinguish the first in the catalogue goes first.
     pub fn rivals_of(&self, chosen: usize, count: usize) -> Vec<Trial> {
         let others = self.candidates.iter().enumerate().filter(|(k, f)| *k != chosen && f.refused.is_none());
-        others.map(|(_, f)| f.trial.clone()).take(count).collect()
+        let mut others: Vec<&FittedCandidate> = others.map(|(_, f)| f).collect();
+        let mut rivals = Vec::new();
+        while let Some(best) = others.first().filter(|_| rivals.len() < count) {
+            let limit = best.delta_bic + self.criteria.min_bic_difference;
+            let alike = others.iter().enumerate().filter(|(_, f)| f.delta_bic < limit);
+            let Some((k, _)) = alike.min_by_key(|(_, f)| position(f.trial.card)) else { break };
+            rivals.push(others.remove(k).trial.clone());
+        }
+        rivals
     }
 
     /// All candidates for the answer: refitted, only screened, not visible.

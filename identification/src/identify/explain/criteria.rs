@@ -334,7 +334,7 @@ pub struct ScreeningCriteria {
     pub min_identifiable_fraction: f64,
     /// Fraction of an excerpt's χ² that one step with an expensive effect may leave; default 0.9.
     pub max_expensive_remainder: f64,
-    /// Candidates that are refitted at most; default 8.
+    /// Effects that are refitted at most; default 8.
     pub max_refitted: usize,
     /// Candidates that are refitted whatever their score relative to the best; default 4.
     pub min_refitted: usize,

@@ -6,6 +6,7 @@
 
 mod local_torque;
 pub mod periods;
+pub mod phase_lines;
 
 use std::f64::consts::TAU;
 use std::ops::Range;

@@ -6,7 +6,6 @@
 use drive_model::ParameterKind;
 
 use super::candidate::FittedCandidate;
-use super::criteria::MisfitClass;
 use super::fitted_model::FittedModel;
 use crate::identify::fit::solve::Iterate;
 use crate::identify::predict::by_course;
@@ -17,8 +16,8 @@ use crate::statistics::Extremes;
 /// that this part of it counts. Of several amplitudes the largest part; 1 where the log leaves nothing open.
 pub fn part_by_noise(base: &FittedModel, candidate: &FittedCandidate) -> f64 {
     let mut data = base.data_for(&candidate.trial).into_owned();
-    if data.voltage_course.is_none() && base.misfit() <= MisfitClass::Invisible {
-        // The voltage was taken as constant within the rows. Where only noise is left, a small effect may be what it does there.
+    if data.voltage_course.is_none() {
+        // The voltage was taken as constant within the rows. A small effect may be what it does there.
         apply(Convention::InputMoves, base.context.log, &mut data);
     }
     let iterate = Iterate::new(&candidate.system, &candidate.parameters, &data, &candidate.states);

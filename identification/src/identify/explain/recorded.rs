@@ -29,7 +29,7 @@ pub fn search_as_recorded<'a>(
     let mut tried = vec![recording.conventions.clone()];
     if let Some((given, other)) = convention_instead(&kept, &recording, &data) {
         let found = search(given, progress)?;
-        if is_as_likely(&found, &kept) && !data.deadline.has_passed() {
+        if is_as_likely_with_fewer_effects(&found, &kept) && !data.deadline.has_passed() {
             tried.push(other.conventions.clone());
             (kept, recording) = (found, other);
         }
@@ -62,27 +62,29 @@ fn other_conventions(found: &Search, assumed: &[Convention], data: &PreparedLog)
     Ok((leaves_more && is_assumed).then(Vec::new))
 }
 
-/// The given model by one further convention, the best one, where it is then as likely as the model with the found effects.
+/// The given model by one further convention, where by it the first few of the found effects, or none, are as likely as all of them without it.
 fn convention_instead<'a>(found: &Search<'a>, recording: &Recording, data: &PreparedLog<'a>) -> Option<(FittedModel<'a>, Recording)> {
-    let [given, .., last] = found.models.as_slice() else { return None };
+    let (last, earlier) = found.models.split_last()?;
+    let given = earlier.first()?;
     let limit = given.context.criteria.evidence.min_bic_difference;
-    let others = Convention::ALL.into_iter().filter(|other| !recording.conventions.contains(other) && !data.deadline.has_passed());
-    let fitted = others.filter_map(|convention| {
-        let (model, note) = given.recorded_by(convention)?;
-        let bic = bic_difference(&model, last);
-        let mut other = recording.clone();
-        other.conventions.push(convention);
-        other.notes.push(note);
-        (bic > -limit).then_some((bic, model, other))
-    });
-    fitted.max_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, model, recording)| (model, recording))
+    let best_for = |stage: &FittedModel<'a>| {
+        let others = Convention::ALL.into_iter().filter(|other| !recording.conventions.contains(other) && !data.deadline.has_passed());
+        let fitted = others.filter_map(|convention| Some((bic_difference(&stage.recorded_by(convention)?.0, last), convention)));
+        fitted.filter(|(bic, _)| *bic > -limit).max_by(|one, other| one.0.total_cmp(&other.0))
+    };
+    let (_, convention) = earlier.iter().find_map(best_for)?;
+    let (model, note) = given.recorded_by(convention)?;
+    let mut other = recording.clone();
+    other.conventions.push(convention);
+    other.notes.push(note);
+    Some((model, other))
 }
 
-/// True if the last model of `found` has a lower BIC than the last of `kept`, or one that is not distinguishable with fewer effects.
-fn is_as_likely(found: &Search, kept: &Search) -> bool {
+/// True if `found` needs fewer effects than `kept` and its last model is as likely, on residuals that the noise of either whitens.
+fn is_as_likely_with_fewer_effects(found: &Search, kept: &Search) -> bool {
     let (Some(new), Some(old)) = (found.models.last(), kept.models.last()) else { return false };
-    let indistinguishable = if found.added.len() < kept.added.len() { new.context.criteria.evidence.min_bic_difference } else { 0.0 };
-    bic_difference(old, new) < indistinguishable
+    let limit = new.context.criteria.evidence.min_bic_difference;
+    found.added.len() < kept.added.len() && (bic_difference(old, new) < limit || bic_difference(new, old) > -limit)
 }
 
 /// True if the last model of `found` has a lower BIC than the last of `kept`, on the same logs.

@@ -61,6 +61,8 @@ impl Screening {
     pub fn best(&self, expensive: bool, criteria: &Criteria) -> Vec<usize> {
         let (Screening { trials, scores, .. }, c) = (self, &criteria.screening);
         let mut chosen: Vec<usize> = Vec::new();
+        // In the order of their scores: several structures or starts of one effect take the place of no other effect.
+        let mut effects: Vec<&str> = Vec::new();
         let mut best = 0.0;
         for &k in self.order.iter().filter(|&&k| trials[k].is_expensive() == expensive) {
             let score = scores[k].chi2_decrease;
@@ -72,7 +74,10 @@ impl Screening {
             let starts = 1 + usize::from(expensive || score > c.second_start_fraction * best);
             let few = chosen.iter().filter(same_structure).count() < starts;
             let high = score > fraction * best || chosen.len() < c.min_refitted;
-            if score > self.critical_score && high && few && chosen.len() < c.max_refitted {
+            if !effects.contains(&trials[k].card.id) {
+                effects.push(trials[k].card.id);
+            }
+            if score > self.critical_score && high && few && effects.len() <= c.max_refitted {
                 chosen.push(k);
             }
         }

@@ -2,19 +2,17 @@
 //!
 //! A torque e^{iρφ} with the phase φ (angle, or 2π × time) is correlated with the residual by the adjoint of the recursion of [`Scan`]: the
 //! sensitivities g of the weighted residuals to a torque in each row are computed once, backwards, and Σ g e^{iρφ} follows for all ρ by a Fourier
-//! transform of their sums in bins of the phase. The power of the response is that of a constant local frequency in each row. As for whole orders
+//! transform ([`super::phase_lines`]). The power of the response is that of a constant local frequency in each row. As for whole orders
 //! the score only ranks.
 
-use std::f64::consts::TAU;
-
 use drive_model::{PeriodOf, Screening};
+use realfft::num_complex::Complex;
 
+use super::phase_lines::{Phase, PhaseLines};
 use super::{Scan, angle};
 use crate::identify::explain::criteria::HarmonicCriteria;
 use crate::identify::explain::fitted_model::FittedModel;
-use crate::identify::residual::harmonics::transform;
 use crate::model::Input;
-use crate::statistics::Extremes;
 
 /// Periods that are worth an exact screening, the best first.
 #[derive(Debug, Clone, Default)]
@@ -42,13 +40,6 @@ impl Periods {
     }
 }
 
-/// Bins of the phase per period of the highest order: the highest order loses 10 % of its amplitude.
-const BINS_PER_PERIOD: f64 = 4.0;
-/// Zero-padding: a line is at most an eighth of its width from a value that is tried.
-const PADDING: usize = 4;
-/// Largest number of bins; it limits the highest order on a log of many turns.
-const MAX_BINS: f64 = 262_144.0;
-
 /// The best periods that the model does not have yet.
 pub fn search_periods(base: &FittedModel) -> Periods {
     let (data, criteria) = (&base.data, &base.context.criteria.harmonics);
@@ -57,14 +48,13 @@ pub fn search_periods(base: &FittedModel) -> Periods {
         return periods;
     }
     if let Some(theta) = angle(data) {
-        let scan = Scan::new(base, theta);
+        let (phase, scan) = (Phase::of_angle(theta), Scan::new(base, theta));
         let highest = scan.highest_order(criteria) as f64;
-        let (found, tested) = scan.best_periods(highest, &known(base, PeriodOf::Angle), criteria);
-        (periods.per_turn, periods.tested) = (found, tested);
+        (periods.per_turn, periods.tested) = scan.best_periods(&phase, highest, &known(base, PeriodOf::Angle), criteria);
     }
-    let phase: Vec<f64> = data.t_s.iter().enumerate().map(|(row, t)| TAU * (t - data.run_start_s(row))).collect();
+    let phase = Phase::of_time(data);
     let highest_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
-    let (found, tested) = Scan::new(base, &phase).best_periods(highest_Hz, &known(base, PeriodOf::Time), criteria);
+    let (found, tested) = Scan::new(base, &phase.rad).best_periods(&phase, highest_Hz, &known(base, PeriodOf::Time), criteria);
     periods.frequencies_Hz = found;
     periods.tested += tested;
     periods
@@ -78,50 +68,18 @@ pub fn known(base: &FittedModel, of: PeriodOf) -> Vec<f64> {
 }
 
 impl Scan<'_> {
-    /// The best orders up to `highest` without those `known`, and the number of distinguishable orders.
-    fn best_periods(&self, highest: f64, known: &[f64], criteria: &HarmonicCriteria) -> (Vec<f64>, usize) {
-        let (from, to) = self.rows.iter().map(|row| row.theta).min_max();
-        let span = (to - from) / TAU;
-        if span.is_nan() || span <= 0.0 {
-            return (Vec::new(), 0);
-        }
-        // In periods per unit of phase 2π.
-        let (lowest, highest) = (criteria.min_periods_in_log / span, highest.min(MAX_BINS / (span * BINS_PER_PERIOD)));
-        if highest <= lowest {
-            return (Vec::new(), 0);
-        }
-        let bins_per_unit = highest * BINS_PER_PERIOD;
-        let mut sums = vec![0.0; (PADDING * (span * bins_per_unit).ceil() as usize).next_power_of_two().max(2)];
-        for (row, sensitivity) in self.rows.iter().zip(self.torque_sensitivities()) {
-            let bin = ((row.theta - from) / TAU * bins_per_unit) as usize;
-            if let Some(sum) = sums.get_mut(bin) {
-                *sum += sensitivity;
-            }
-        }
-        let per_line = bins_per_unit / sums.len() as f64;
+    /// The best orders over the `phase` of the rows up to `highest`, without those `known`, and the number of distinguishable orders.
+    fn best_periods(&self, phase: &Phase, highest: f64, known: &[f64], criteria: &HarmonicCriteria) -> (Vec<f64>, usize) {
+        let lines = PhaseLines::of(phase, &self.torque_sensitivities(), criteria.min_periods_in_log, highest);
+        let Some(lines) = lines else { return (Vec::new(), 0) };
+        let (lowest, highest) = lines.range();
         let power = self.response_power(lowest, highest);
-        let scores: Vec<f64> = transform(sums)
-            .iter()
-            .enumerate()
-            .map(|(line, sum)| {
-                let order = line as f64 * per_line;
-                if (lowest..=highest).contains(&order) { sum.norm_sqr() / power.at(order) } else { 0.0 }
-            })
-            .collect();
-        let mut peaks: Vec<usize> =
-            (1..scores.len().saturating_sub(1)).filter(|&k| scores[k] > scores[k - 1] && scores[k] >= scores[k + 1]).collect();
-        peaks.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
-        let mut found: Vec<f64> = Vec::new();
-        for order in peaks.into_iter().map(|k| k as f64 * per_line) {
-            if found.len() == criteria.periods {
-                break;
-            }
-            // One period more or less in the log is the same line.
-            if known.iter().chain(&found).all(|other| (other - order).abs() * span > 1.0) {
-                found.push(order);
-            }
-        }
-        (found, ((highest - lowest) * span) as usize)
+        let score = |line: usize, sum: &Complex<f64>| {
+            let order = lines.order(line);
+            if (lowest..=highest).contains(&order) { sum.norm_sqr() / power.at(order) } else { 0.0 }
+        };
+        let scores: Vec<f64> = lines.transform.iter().enumerate().map(|(line, sum)| score(line, sum)).collect();
+        (lines.best(&scores, |line| scores[line], known, criteria.periods), lines.distinguishable())
     }
 
     /// Sensitivity of the sum of weighted residuals to a torque in each row, by the adjoint of the recursion of [`Scan::scores_from`].

@@ -4,29 +4,20 @@
 //! Fourier transform give all orders at once. The variance of the score under noise is taken from the neighbouring orders. A jump of the reading from a
 //! row on has the score (Σ g)², summed over the rows from there.
 
-use std::f64::consts::TAU;
-
 use drive_model::{HarmonicSource, PeriodOf, Screening};
 
 use super::model::PredictedModel;
 use crate::identify::explain::harmonics::periods::{Periods, known};
+use crate::identify::explain::harmonics::phase_lines::{Phase, PhaseLines};
 use crate::identify::explain::harmonics::{Frequencies, HarmonicOrders};
 use crate::identify::explain::motion::{angle, measured_current};
 use crate::identify::explain::screen::MAX_JUMPS;
 use crate::identify::explain::trials::Starts;
-use crate::identify::fit::PreparedLog;
 use crate::identify::predict::adjoint::Gradient;
 use crate::identify::residual::harmonics::transform;
 use crate::model::{BaseParameter, Channel, Input};
-use crate::statistics::Extremes;
 use crate::statistics::robust::median;
 
-/// Bins of the phase per period of the highest period: it loses 10 % of its amplitude.
-const BINS_PER_PERIOD: f64 = 4.0;
-/// Zero-padding: a line is at most an eighth of its width from a period that is tried.
-const PADDING: usize = 4;
-/// Largest number of bins of a phase; it limits the highest order on a log of many turns.
-const MAX_PERIOD_BINS: f64 = 262_144.0;
 /// Bins per turn: order 400 loses 6 % of its amplitude.
 const BINS: usize = 2048;
 /// Highest order, the limit of the cards.
@@ -58,16 +49,17 @@ fn search_periods(base: &PredictedModel, gradient: &Gradient) -> Periods {
     let fitted = &base.fitted;
     let (data, criteria) = (&fitted.data, &fitted.context.criteria.harmonics);
     let mut tested = 0;
-    let mut of = |phase: &[f64], highest: f64, period: PeriodOf| {
+    let mut of = |phase: &Phase, highest: f64, period: PeriodOf| {
         let (found, of) =
             best_periods(phase, &gradient.torque, (criteria.min_periods_in_log, highest), &known(fitted, period), criteria.periods);
         tested += of;
         found
     };
-    let per_turn =
-        angle(data).map_or_else(Vec::new, |theta| of(theta, highest_order(theta, data.angle_lag(), data.dt_s) as f64, PeriodOf::Angle));
+    let per_turn = angle(data).map_or_else(Vec::new, |theta| {
+        of(&Phase::of_angle(theta), highest_order(theta, data.angle_lag(), data.dt_s) as f64, PeriodOf::Angle)
+    });
     let highest_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
-    let frequencies = of(&phase_of_time(data), highest_Hz, PeriodOf::Time);
+    let frequencies = of(&Phase::of_time(data), highest_Hz, PeriodOf::Time);
     Periods::new(per_turn, frequencies, tested)
 }
 
@@ -86,51 +78,20 @@ pub fn search_frequencies(base: &PredictedModel) -> Frequencies {
     let Some(gradient) = base.gradient() else { return Frequencies::default() };
     let data = &base.fitted.data;
     let criteria = &base.fitted.context.criteria.harmonics;
-    let phase = phase_of_time(data);
+    let phase = Phase::of_time(data);
     let limits = (criteria.min_periods_in_log, criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s));
     let best = |series: &[f64]| best_periods(&phase, series, limits, &[], 1).0.first().copied();
     let voltage = by_voltage(base, &gradient).map(|by| by.iter().zip(data.input.iter()).map(|(g, u)| g * u).collect::<Vec<f64>>());
     Frequencies { torque_Hz: best(&gradient.torque), voltage_Hz: voltage.and_then(|v| best(&v)) }
 }
 
-/// 2π × time from the begin of each log.
-fn phase_of_time(data: &PreparedLog) -> Vec<f64> {
-    data.t_s.iter().enumerate().map(|(row, t)| TAU * (t - data.run_start_s(row))).collect()
-}
-
-/// The orders between the limits (in periods per log, in periods per turn of the phase) whose power is highest above that of their neighbours, without
-/// those `known`; and the number of distinguishable orders.
-fn best_periods(phase: &[f64], gradient: &[f64], (min_periods, highest): (f64, f64), known: &[f64], count: usize) -> (Vec<f64>, usize) {
-    let (from, to) = phase.iter().copied().min_max();
-    let span = (to - from) / TAU;
-    if span.is_nan() || span <= 0.0 {
-        return (Vec::new(), 0);
-    }
-    let (lowest, highest) = (min_periods / span, highest.min(MAX_PERIOD_BINS / (span * BINS_PER_PERIOD)));
-    if highest <= lowest {
-        return (Vec::new(), 0);
-    }
-    let bins_per_turn = highest * BINS_PER_PERIOD;
-    let mut sums = vec![0.0; (PADDING * (span * bins_per_turn).ceil() as usize).next_power_of_two().max(2)];
-    for (phase, g) in phase.iter().zip(gradient) {
-        if let Some(sum) = sums.get_mut(((phase - from) / TAU * bins_per_turn) as usize) {
-            *sum += g;
-        }
-    }
-    let per_line = bins_per_turn / sums.len() as f64;
-    let power: Vec<f64> = transform(sums).iter().map(|z| z.norm_sqr()).collect();
-    let lines = (lowest / per_line).ceil() as usize..=((highest / per_line) as usize).min(power.len().saturating_sub(2));
-    let peaks = lines.filter(|&k| k > 0 && power[k] > power[k - 1] && power[k] >= power[k + 1]);
-    let mut peaks: Vec<(f64, f64)> = peaks.map(|k| (k as f64 * per_line, power[k] / level(&power, k, PADDING * NEIGHBOURS))).collect();
-    peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let mut found: Vec<f64> = Vec::new();
-    for (order, _) in peaks {
-        // One period more or less in the log is the same line.
-        if found.len() < count && known.iter().chain(&found).all(|other| (other - order).abs() * span > 1.0) {
-            found.push(order);
-        }
-    }
-    (found, ((highest - lowest) * span) as usize)
+/// The orders from `min_periods` periods in all up to `highest`, in periods per turn of the phase, whose power is highest above that of their neighbours, without those
+/// `known`; and the number of distinguishable orders.
+fn best_periods(phase: &Phase, gradient: &[f64], (min_periods, highest): (f64, f64), known: &[f64], count: usize) -> (Vec<f64>, usize) {
+    let Some(lines) = PhaseLines::of(phase, gradient, min_periods, highest) else { return (Vec::new(), 0) };
+    let power: Vec<f64> = lines.transform.iter().map(|z| z.norm_sqr()).collect();
+    let above_neighbours = |line: usize| power[line] / level(&power, line, lines.resolution() * NEIGHBOURS);
+    (lines.best(&power, above_neighbours, known, count), lines.distinguishable())
 }
 
 /// Times at which the reading of the angle may have jumped, s, the best first: each lies between two rows.

@@ -1,13 +1,13 @@
-//! The two engines of `explain` on the same logs: what each names, and whether the difference is significant.
+//! Answers of `explain` in the CSVs of campaigns ([`crate::tables::csv_record`]): pooled over the pieces of a campaign, and of the two engines on the same logs.
 //!
-//! In: the CSVs of campaigns ([`crate::tables::csv_record`]). Out: a table for docs/figures.md.
+//! In: the CSVs. Out: tables for docs/figures.md.
 
 use std::collections::BTreeMap;
 
 use drive_model::cards;
 use host_tools::identify::explain::Engine;
 use serde::Deserialize;
-use statrs::distribution::{Binomial, DiscreteCDF};
+use statrs::distribution::{Beta, Binomial, ContinuousCDF, DiscreteCDF};
 
 use crate::tables::{Line, extra};
 use crate::verdicts::Outcome;
@@ -20,7 +20,7 @@ pub fn name(engine: Engine) -> &'static str {
     }
 }
 
-/// The fields of a record that are compared.
+/// The fields of a record that are used.
 #[derive(Deserialize)]
 struct Record {
     group: String,
@@ -30,6 +30,7 @@ struct Record {
     verdict: String,
     missing: String,
     ambiguous_with: String,
+    visible: String,
     deviations_sigma: String,
     seconds: f64,
 }
@@ -50,6 +51,7 @@ impl From<Record> for Answer {
             verdict: r.verdict,
             missing: list(&r.missing),
             ambiguous_with: list(&r.ambiguous_with),
+            visible: list(&r.visible),
             deviations: list(&r.deviations_sigma).into_iter().filter_map(deviation).collect(),
             seconds: r.seconds,
             ..Outcome::default()
@@ -96,6 +98,61 @@ fn mcnemar(only_old: u64, only_new: u64) -> f64 {
     (2.0 * coin.cdf(only_old.min(only_new))).min(1.0)
 }
 
+/// The log can be answered: nothing hidden, something outside the catalogue, or an effect that this log shows.
+fn can_be_right(line: &Line) -> bool {
+    let of_catalogue = line.hidden.iter().any(|h| cards().iter().any(|c| c.id == h));
+    !of_catalogue || !line.outcome.visible.is_empty()
+}
+
+fn is_effect_found(line: &Line) -> bool {
+    line.outcome.verdict == "effect-found"
+}
+
+fn is_unnamed(line: &Line) -> bool {
+    line.outcome.missing.is_empty() && line.outcome.verdict == "unknown-structure"
+}
+
+fn is_refused(line: &Line) -> bool {
+    line.outcome.verdict == "bad-log" || line.outcome.verdict == "error"
+}
+
+/// Upper limit of a probability by `count` events in `of` trials, 95 % (Clopper and Pearson, Biometrika 26 (1934) 404).
+fn upper_limit(count: usize, of: usize) -> f64 {
+    if count >= of { 1.0 } else { Beta::new(count as f64 + 1.0, (of - count) as f64).map_or(f64::NAN, |beta| beta.inverse_cdf(0.95)) }
+}
+
+/// One row per group of logs and engine, and the logs that are not right or in which an effect is named that is not there.
+pub fn pooled(answers: &[Answer]) -> String {
+    let mut groups: BTreeMap<(&str, &str), BTreeMap<&str, &Line>> = BTreeMap::new();
+    for a in answers {
+        groups.entry((&a.group, &a.engine)).or_default().insert(&a.line.id, &a.line);
+    }
+    let mut text = "| logs of | logs | can be right | right | not there, `effect-found` (upper 95 % limit) | not there, any verdict | no name, `unknown-structure` | refused | intervals that cover | seconds: median, 95 %, largest, sum |\n".to_owned();
+    text += "|---|---|---|---|---|---|---|---|---|---|\n";
+    let mut wrong = String::new();
+    for ((group, engine), lines) in &groups {
+        let lines: Vec<&Line> = lines.values().copied().collect();
+        let count = |test: &dyn Fn(&Line) -> bool| lines.iter().filter(|line| test(line)).count();
+        let found = count(&|line| is_effect_found(line) && has_phantom(line));
+        let (answerable, right) = (count(&can_be_right), count(&|line| can_be_right(line) && is_right(line)));
+        text += &format!(
+            "| {group}, {engine} | {} | {answerable} | {right} ({:.1} %) | {found} ({:.1} %) | {} | {} | {} | {} | {} |\n",
+            lines.len(),
+            100.0 * right as f64 / answerable.max(1) as f64,
+            100.0 * upper_limit(found, lines.len()),
+            count(&has_phantom),
+            count(&is_unnamed),
+            count(&is_refused),
+            coverage(&lines),
+            seconds(&lines)
+        );
+        for line in lines.iter().filter(|line| (can_be_right(line) && !is_right(line)) || has_phantom(line)) {
+            wrong += &format!("- {group}, {engine}: {}: {} {}\n", line.id, line.outcome.verdict, line.outcome.missing.join(", "));
+        }
+    }
+    text + "\nNot right, or with an effect that is not there:\n\n" + &wrong
+}
+
 /// Covered intervals of an engine's rightly added effects.
 fn coverage(lines: &[&Line]) -> String {
     let outcomes = || lines.iter().map(|line| &line.outcome);
@@ -114,7 +171,7 @@ fn seconds(lines: &[&Line]) -> String {
 ///
 /// # Errors
 /// No log has been answered by both.
-pub fn table(answers: &[Answer]) -> Result<String, String> {
+pub fn engines(answers: &[Answer]) -> Result<String, String> {
     let of = |engine: Engine| answers.iter().filter(move |a| a.engine == name(engine)).map(|a| ((&a.group, &a.line.id), &a.line));
     let by_new: BTreeMap<_, _> = of(Engine::PredictionError).collect();
     let by_both: BTreeMap<_, _> = of(Engine::Whitened).filter_map(|(log, old)| Some((log, (old, *by_new.get(&log)?)))).collect();
@@ -132,11 +189,11 @@ pub fn table(answers: &[Answer]) -> Result<String, String> {
         text += &format!("| {name} | {by_old} | {by_new} | {only_old} | {only_new} | {:.2} |\n", mcnemar(only_old, only_new));
     };
     row("right: named first; or adequate, nothing hidden", &is_right);
-    row("an effect that is not there, `effect-found`", &|line| line.outcome.verdict == "effect-found" && has_phantom(line));
+    row("an effect that is not there, `effect-found`", &|line| is_effect_found(line) && has_phantom(line));
     row("an effect that is not there, any verdict", &has_phantom);
-    row("nothing named, `unknown-structure`", &|line| line.outcome.missing.is_empty() && line.outcome.verdict == "unknown-structure");
+    row("nothing named, `unknown-structure`", &is_unnamed);
     row("an effect is hidden, `adequate`", &|line| !line.hidden.is_empty() && line.outcome.verdict == "adequate");
-    row("refused", &|line| line.outcome.verdict == "bad-log" || line.outcome.verdict == "error");
+    row("refused", &is_refused);
     text += &format!("| 95 % intervals of rightly added effects that cover | {} | {} | | | |\n", coverage(&old), coverage(&new));
     text += &format!("| seconds on one core: median, 95 %, largest, sum | {} | {} | | | |\n", seconds(&old), seconds(&new));
     text += &format!("\n{} logs. Different answers:\n\n| log | old | new |\n|---|---|---|\n", old.len());
@@ -152,10 +209,10 @@ mod tests {
     use super::*;
 
     fn answer(engine: &str, id: &str, hidden: &str, verdict: &str, missing: &str, ambiguous_with: &str) -> Answer {
-        let [group, engine, id, hidden, verdict, missing, ambiguous_with] =
-            ["own", engine, id, hidden, verdict, missing, ambiguous_with].map(str::to_owned);
+        let [group, engine, id, hidden, verdict, missing, ambiguous_with, visible] =
+            ["own", engine, id, hidden, verdict, missing, ambiguous_with, hidden].map(str::to_owned);
         let deviations_sigma = "coulomb_N_m -0.50; load_N_m +3.10".to_owned();
-        Record { group, engine, id, hidden, verdict, missing, ambiguous_with, deviations_sigma, seconds: 1.0 }.into()
+        Record { group, engine, id, hidden, verdict, missing, ambiguous_with, visible, deviations_sigma, seconds: 1.0 }.into()
     }
 
     #[test]
@@ -182,11 +239,32 @@ mod tests {
             answer("prediction-error", "b", "load", "adequate", "", ""),
             answer("whitened", "c", "", "adequate", "", ""),
         ];
-        let text = table(&answers).expect("two common logs");
+        let text = engines(&answers).expect("two common logs");
         assert!(text.contains("| right: named first; or adequate, nothing hidden | 2 | 1 | 1 | 0 | 1.00 |"), "{text}");
         assert!(text.contains("| an effect that is not there, `effect-found` | 1 | 0 | 1 | 0 | 1.00 |"), "{text}");
         assert!(text.contains("that cover | 2 of 4 | 2 of 4 |") && text.contains("\n2 logs."), "{text}");
-        assert!(table(&answers[4..]).is_err_and(|e| e.contains("both engines")));
+        assert!(engines(&answers[4..]).is_err_and(|e| e.contains("both engines")));
+    }
+
+    /// Pieces of a campaign are one row; a log that two of them have counts once.
+    #[test]
+    fn pieces_are_pooled() {
+        let answers = [
+            answer("whitened", "a", "coulomb", "effect-found", "coulomb; cogging", ""),
+            answer("whitened", "a", "coulomb", "effect-found", "coulomb; cogging", ""),
+            answer("whitened", "b", "load", "unknown-structure", "", ""),
+        ];
+        let text = pooled(&answers);
+        assert!(text.contains("| own, whitened | 2 | 2 | 1 (50.0 %) | 1 (97.5 %) | 1 | 1 | 0 | 2 of 4 | 1.0, 1.0, 1, 2 |"), "{text}");
+        assert!(text.ends_with("- own, whitened: a: effect-found coulomb, cogging\n- own, whitened: b: unknown-structure \n"), "{text}");
+    }
+
+    /// None of 300: 1 − 0.05^(1/300); one of two: √0.95.
+    #[test]
+    fn exact_upper_limit() {
+        assert!((upper_limit(0, 300) - 0.009936).abs() < 1e-5, "{}", upper_limit(0, 300));
+        assert!((upper_limit(1, 2) - 0.974_679).abs() < 1e-5);
+        assert_eq!(upper_limit(2, 2), 1.0);
     }
 
     /// 1 of 10: 2 · (1 + 10) / 1024.
