@@ -75,3 +75,15 @@ fn another_way_of_recording_is_preferred_to_an_effect() {
     let moves = |r: &Remark| matches!(r, Remark::Preparation(PreparationNote::AssumedToMove { column: "u_V" }));
     assert!(e.remarks.iter().any(moves), "{:?}", e.remarks);
 }
+
+/// Beside the hidden effect another one imitates what the voltage does within the rows: a load step, which a voltage that moves within the rows replaces; and a torque ripple of 0.16 %,
+/// whose gain is not significant beside that course.
+#[test]
+fn no_second_effect_imitates_the_voltage_within_slow_rows() {
+    for (id, hidden) in
+        [("own/asymmetric-friction/voltage/sweep/9003", "asymmetric-friction"), ("own/load-step/voltage/multi-step/9013", "load-step")]
+    {
+        let e = answer(id, Dirt::SlowMean);
+        assert_eq!(e.missing, [hidden], "{id}");
+    }
+}

@@ -15,6 +15,7 @@ use super::refit::screen_and_refit;
 use super::refusal::refusal;
 use super::screen::ScreenedOnly;
 use super::trial::{Invisible, Trial};
+use crate::statistics::Extremes;
 use crate::statistics::distributions::ln_chi_squared_tail;
 
 /// One adding step: all effects that were tried in addition to a model.
@@ -75,6 +76,19 @@ fn familywise_ln_p(gain: f64, parameters: usize, tests: usize) -> f64 {
 /// Position in the catalogue, by which one of several effects is named that the logs cannot distinguish.
 pub fn position(card: &Card) -> usize {
     cards().iter().position(|c| c.id == card.id).unwrap_or(usize::MAX)
+}
+
+/// Indices of candidates with these ΔBIC and positions in the catalogue, the best first; of those within `indistinguishable` of the best one the first in the catalogue.
+fn in_order_of_preference(candidates: Vec<(f64, usize)>, indistinguishable: f64) -> Vec<usize> {
+    let mut left: Vec<(usize, (f64, usize))> = candidates.into_iter().enumerate().collect();
+    let mut order = Vec::new();
+    while !left.is_empty() {
+        let limit = left.iter().map(|(_, (bic, _))| *bic).min_or_infinity() + indistinguishable;
+        let alike = left.iter().enumerate().filter(|(_, (_, (bic, _)))| *bic <= limit);
+        let Some((k, _)) = alike.min_by_key(|(_, (_, (_, position)))| *position) else { break };
+        order.push(left.remove(k).0);
+    }
+    order
 }
 
 impl AddingStep<'_> {
@@ -144,18 +158,13 @@ impl AddingStep<'_> {
         Doubt { chosen, rivals: candidates }
     }
 
-    /// The best `count` rivals of the chosen candidate, which may take its place later; of those that the logs do not distinguish the first in the catalogue goes first.
+    /// The best `count` rivals of the chosen candidate, which may take its place later.
     pub fn rivals_of(&self, chosen: usize, count: usize) -> Vec<Trial> {
         let others = self.candidates.iter().enumerate().filter(|(k, f)| *k != chosen && f.refused.is_none());
-        let mut others: Vec<&FittedCandidate> = others.map(|(_, f)| f).collect();
-        let mut rivals = Vec::new();
-        while let Some(best) = others.first().filter(|_| rivals.len() < count) {
-            let limit = best.delta_bic + self.criteria.min_bic_difference;
-            let alike = others.iter().enumerate().filter(|(_, f)| f.delta_bic < limit);
-            let Some((k, _)) = alike.min_by_key(|(_, f)| position(f.trial.card)) else { break };
-            rivals.push(others.remove(k).trial.clone());
-        }
-        rivals
+        let others: Vec<&FittedCandidate> = others.map(|(_, f)| f).collect();
+        let evidence: Vec<(f64, usize)> = others.iter().map(|f| (f.delta_bic, position(f.trial.card))).collect();
+        let order = in_order_of_preference(evidence, self.criteria.min_bic_difference);
+        order.into_iter().take(count).map(|k| others[k].trial.clone()).collect()
     }
 
     /// All candidates for the answer: refitted, only screened, not visible.
@@ -195,5 +204,18 @@ impl AddingStep<'_> {
             None
         };
         Candidate::screened(effect, trial.card, &score.values, *ln_p, refused)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_indistinguishable_rivals_the_first_in_the_catalogue_goes_first() {
+        // The gear motor: brush drop was chosen; a nonlinear bridge is better than Coulomb friction by the rounding of a sum.
+        let rivals = vec![(-3225.0, 20), (-2970.48, 30), (-2970.22, 2), (-2960.0, 1)];
+        assert_eq!(in_order_of_preference(rivals, 6.0), [0, 2, 1, 3]);
+        assert_eq!(in_order_of_preference(vec![(f64::NAN, 1), (-8.0, 2)], 6.0), [1], "a ΔBIC that is no number is no rival");
     }
 }

@@ -134,3 +134,27 @@ pub fn critical_gain(tests: usize, free: usize, p: f64) -> f64 {
     }
     high
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A trial of an absent effect of which the given parameters are free.
+    fn trial(id: &str, free: &[bool]) -> Trial {
+        let card = drive_model::card(id).expect("an effect of the catalogue");
+        let (values, ranges) = card.parameters.iter().map(|p| (0.0, p.range)).unzip();
+        Trial { card, values, ranges, screened: free.to_vec(), fitted: free.to_vec(), absent: true, rate_from_encoder: None }
+    }
+
+    /// Three structures of one effect with the highest scores leave a place for each of seven others.
+    #[test]
+    fn places_are_for_effects_and_not_for_their_structures() {
+        let bridge = [[true, true], [true, false], [false, true]].map(|free| trial("bridge-nonlinearity", &free));
+        let others = ["coulomb", "load", "brush-drop", "dead-time", "rate-bias", "rate-scale", "current-offset", "sensor-lag"];
+        let trials: Vec<Trial> = bridge.into_iter().chain(others.map(|id| trial(id, &[true]))).collect();
+        let scores = trials.iter().enumerate().map(|(k, t)| Score { chi2_decrease: 1000.0 - k as f64, ..Score::zero(t, 0) }).collect();
+        let order = (0..trials.len()).collect();
+        let screening = Screening { trials, scores, invisible: Vec::new(), order, tests: 100, critical_score: 30.0 };
+        assert_eq!(screening.best(false, &Criteria::default()), (0..10).collect::<Vec<_>>());
+    }
+}
