@@ -4,10 +4,9 @@
 //! successive periods; the first period, in which the transient decays, is left out (Pintelon, Schoukens, System Identification, 2012, section 2.5). A residual
 //! above it is an error of the model that returns with the input; a residual near it is noise, or depends on something that does not repeat.
 
-use realfft::RealFftPlanner;
-
 use super::fit::PreparedLog;
 use crate::model::{Channel, Input};
+use crate::statistics::series::products_by_shift;
 
 /// An excitation that repeats itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,7 +60,7 @@ fn period_rows(series: &[f64]) -> Option<usize> {
     if variance <= 0.0 || n < MIN_PERIODS * MIN_ROWS {
         return None;
     }
-    let correlation = autocorrelation(&centred)?;
+    let correlation = products_by_shift(&centred, n - 1)?;
     let change = |lag: usize| {
         let sum: f64 = series[lag..].iter().zip(series).map(|(a, b)| (a - b).powi(2)).sum();
         sum / (n - lag) as f64
@@ -89,22 +88,6 @@ fn period_rows(series: &[f64]) -> Option<usize> {
     // A constant stretch of the input also stays the same for a while: the input must change within a period.
     let changes = series[..close].windows(2).any(|w| (w[1] - w[0]).abs() > 0.0);
     changes.then_some(close)
-}
-
-/// Sums of products of a series with itself, by shift, without wrapping.
-fn autocorrelation(series: &[f64]) -> Option<Vec<f64>> {
-    let length = (2 * series.len()).next_power_of_two();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-    let mut padded = series.to_vec();
-    padded.resize(length, 0.0);
-    let mut spectrum = forward.make_output_vec();
-    forward.process(&mut padded, &mut spectrum).ok()?;
-    for bin in &mut spectrum {
-        *bin = (*bin * bin.conj()).re.into();
-    }
-    inverse.process(&mut spectrum, &mut padded).ok()?;
-    Some(padded[..series.len()].iter().map(|v| v / length as f64).collect())
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Histogram and autocorrelation of a series.
 
+use realfft::RealFftPlanner;
+
 /// A histogram with density on its vertical axis.
 pub struct Histogram {
     /// Left edge of the first bin.
@@ -48,4 +50,50 @@ pub fn autocorrelation(values: &[f64], lags: usize) -> Autocorrelation {
         })
         .collect();
     Autocorrelation { correlation, band: 1.96 / (n.max(1) as f64).sqrt() }
+}
+
+/// Σ vₖ vₖ₊ₛ of a series for the shifts s from 0 to `shifts`, by Fourier transforms of blocks that overlap by the largest shift; `None` where the series has a value that is
+/// not finite.
+pub fn products_by_shift(series: &[f64], shifts: usize) -> Option<Vec<f64>> {
+    let length = (4 * shifts).min(series.len() + shifts).next_power_of_two().max(2);
+    let block = length - shifts;
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let (mut padded, mut of_block, mut with_next) = (forward.make_input_vec(), forward.make_output_vec(), forward.make_output_vec());
+    let mut sum = forward.make_output_vec();
+    for from in (0..series.len()).step_by(block) {
+        for (count, spectrum) in [(block, &mut of_block), (length, &mut with_next)] {
+            let values = &series[from..(from + count).min(series.len())];
+            padded.fill(0.0);
+            padded[..values.len()].copy_from_slice(values);
+            forward.process(&mut padded, spectrum).ok()?;
+        }
+        for ((sum, a), b) in sum.iter_mut().zip(&of_block).zip(&with_next) {
+            *sum += a.conj() * b;
+        }
+    }
+    inverse.process(&mut sum, &mut padded).ok()?;
+    let products: Vec<f64> = padded.iter().take(shifts + 1).map(|v| v / length as f64).collect();
+    products.iter().all(|p| p.is_finite()).then_some(products)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_are_those_of_the_sums() {
+        let series: Vec<f64> = (0..1003u32).map(|k| f64::from(k.wrapping_mul(2_654_435_761) >> 16) / 65536.0 - 0.4).collect();
+        // One block, and several of which the last is short.
+        for shifts in [1000, 40] {
+            let products = products_by_shift(&series, shifts).unwrap();
+            for (shift, product) in products.iter().enumerate() {
+                let expected: f64 = series.iter().zip(&series[shift..]).map(|(a, b)| a * b).sum();
+                assert!((product - expected).abs() < 1e-9, "{shift} of {shifts}: {product}, {expected}");
+            }
+            assert_eq!(products.len(), shifts + 1);
+        }
+        assert_eq!(products_by_shift(&[1.0, f64::NAN], 1), None);
+        assert_eq!(products_by_shift(&[], 0), Some(vec![0.0]));
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::statistics::distributions::chi_squared_tail;
 use crate::statistics::robust::median_abs;
+use crate::statistics::series::products_by_shift;
 
 /// Differences above this multiple of their median magnitude are due to the motion.
 const MAX_MEDIAN_RATIO: f64 = 6.0;
@@ -41,6 +42,11 @@ fn trimmed_rms(values: &[f64]) -> f64 {
     (sum / (n * loss)).sqrt()
 }
 
+/// Largest lag of the correlations, rows.
+const MAX_LAG: usize = 2000;
+/// Lags up to which each correlation is computed by itself: those of white residuals are insignificant there.
+const DIRECT_LAGS: usize = 8;
+
 /// Variance inflation of a mean of residuals, 1 + 2 Σ ρ, up to the first insignificant correlation (Geyer's initial sequence).
 pub fn inflation(residuals: &[f64]) -> f64 {
     let n = residuals.len();
@@ -48,21 +54,20 @@ pub fn inflation(residuals: &[f64]) -> f64 {
         return 1.0;
     }
     let mean = residuals.iter().sum::<f64>() / n as f64;
-    let variance = residuals.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / n as f64;
-    if variance <= 0.0 {
+    let centred: Vec<f64> = residuals.iter().map(|r| r - mean).collect();
+    let power = centred.iter().map(|r| r * r).sum::<f64>();
+    if power <= 0.0 {
         return 1.0;
     }
     let min_significant = 3.0 / (n as f64).sqrt();
-    let mut factor = 1.0;
-    // Fewer lags for long residuals: the number of products is limited.
-    for lag in 1..(n / 4).min(2000).min((60_000_000 / n).max(20)) {
-        let rho = residuals.windows(lag + 1).map(|w| (w[0] - mean) * (w[lag] - mean)).sum::<f64>() / (n as f64 * variance);
-        if rho < min_significant {
-            break;
-        }
-        factor += 2.0 * rho;
+    let lags = 1..(n / 4).min(MAX_LAG);
+    let direct = |lag: usize| centred.iter().zip(&centred[lag..]).map(|(a, b)| a * b).sum::<f64>() / power;
+    let correlations: Vec<f64> = lags.clone().take(DIRECT_LAGS).map(direct).take_while(|rho| *rho >= min_significant).collect();
+    if correlations.len() < DIRECT_LAGS {
+        return 1.0 + 2.0 * correlations.iter().sum::<f64>();
     }
-    factor
+    let products = products_by_shift(&centred, lags.end).unwrap_or_default();
+    1.0 + 2.0 * products.iter().take(lags.end).skip(1).map(|p| p / power).take_while(|rho| *rho >= min_significant).sum::<f64>()
 }
 
 /// Lengths of the blocks for slow misfits, rows.
@@ -110,4 +115,28 @@ pub fn ljung_box(residuals: &[f64], stride: usize, lags: usize) -> (f64, f64) {
     }
     q *= n * (n + 2.0);
     (q, chi_squared_tail(q, lags as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+    use super::*;
+
+    /// 1 + 2 Σ ρᵏ = (1 + ρ)/(1 − ρ) for a first-order autoregression.
+    #[test]
+    fn inflation_is_that_of_an_autoregression() {
+        for (rho, expected) in [(0.0, 1.0), (0.5, 3.0), (0.9, 19.0), (0.99, 199.0)] {
+            let mut draw = Xoshiro256PlusPlus::seed_from_u64(1);
+            let mut last = 0.0;
+            let mut next = || {
+                last = rho * last + (draw.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+                last
+            };
+            let residuals: Vec<f64> = (0..200_000).map(|_| next()).collect();
+            let found = inflation(&residuals);
+            assert!((found / expected - 1.0).abs() < 0.1, "{rho}: {found}");
+        }
+    }
 }
