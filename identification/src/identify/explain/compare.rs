@@ -9,7 +9,7 @@ use super::criteria::EvidenceCriteria;
 use super::design::Doubt;
 use super::fitted_model::FittedModel;
 use super::likelihood::{WhitenedSums, Whitener, delta_bic};
-use super::open_course::part_by_noise;
+use super::open_course::gain_beside_course;
 use super::reasons::Refusal;
 use super::refit::screen_and_refit;
 use super::refusal::refusal;
@@ -24,6 +24,8 @@ pub struct AddingStep<'c> {
     pub candidates: Vec<FittedCandidate>,
     /// Number of tests that it made.
     pub tests: usize,
+    /// Number of independent samples of the gains.
+    effective_samples: f64,
     screened: Vec<ScreenedOnly>,
     invisible: Vec<Invisible>,
     criteria: &'c EvidenceCriteria,
@@ -33,8 +35,9 @@ pub struct AddingStep<'c> {
 /// Screens all effects in addition to a model, refits the best trials and compares them.
 pub fn adding_step<'c>(base: &FittedModel<'c>) -> AddingStep<'c> {
     let (screening, fitted) = screen_and_refit(base);
-    let candidates = compare(base, fitted, screening.tests);
+    let (candidates, effective_samples) = compare(base, fitted, screening.tests);
     AddingStep {
+        effective_samples,
         tests: screening.tests,
         screened: screening.only_screened(candidates.iter().map(|f| &f.trial)),
         candidates,
@@ -44,9 +47,9 @@ pub fn adding_step<'c>(base: &FittedModel<'c>) -> AddingStep<'c> {
     }
 }
 
-/// Evidence for each candidate against the model without it, on residuals whitened by the filter of the best candidate.
-fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -> Vec<FittedCandidate> {
-    let Some(best) = fitted.iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2)) else { return fitted };
+/// Evidence for each candidate against the model without it, on residuals whitened by the filter of the best candidate; and the number of independent samples.
+fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -> (Vec<FittedCandidate>, f64) {
+    let Some(best) = fitted.iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2)) else { return (fitted, 0.0) };
     let residuals: Vec<&[f64]> = best.residuals.iter().map(Vec::as_slice).collect();
     let whitener = Whitener::of(&base.data_for(&best.trial), &residuals, &base.context.criteria.whitening);
     let without = base.whitened_sums(&whitener);
@@ -65,7 +68,7 @@ fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -
         seen.push(f.trial.card.id);
         new
     });
-    fitted
+    (fitted, without.effective_samples())
 }
 
 /// Logarithm of the probability of such a gain by chance in one of so many tests.
@@ -127,11 +130,11 @@ impl AddingStep<'_> {
         alike.min_by_key(|&k| position(self.candidates[k].trial.card))
     }
 
-    /// As [`AddingStep::choice`]. A candidate whose gain is not significant beside the open course of the voltage ([`part_by_noise`]) is refused, and the next one is chosen.
+    /// As [`AddingStep::choice`]. A candidate whose gain is not significant beside the open course of the voltage ([`gain_beside_course`]) is refused, and the next one is chosen.
     pub fn choice_beside_open_course(&mut self, base: &FittedModel) -> Option<usize> {
         while let Some(chosen) = self.choice() {
             let f = &self.candidates[chosen];
-            let gain = part_by_noise(base, f) * f.gain;
+            let gain = gain_beside_course(base, f, self.effective_samples);
             let ln_p = familywise_ln_p(gain, f.extra_parameters, self.tests);
             if self.is_significant(ln_p, f.delta_bic + f.gain - gain) {
                 return Some(chosen);

@@ -1,6 +1,6 @@
 //! The part of an effect's gain that the unknown course of the voltage within the rows does not explain.
 //!
-//! In: a fitted effect. Out: the part of its gain that counts. The gain takes the noise as the only error. Where the log has means of the voltage, or means and first
+//! In: a fitted effect. Out: its gain with the course as a second error. The gain takes the noise as the only one. Where the log has means of the voltage, or means and first
 //! moments, the course within the rows is open, and the estimates scatter by it as well.
 
 use drive_model::ParameterKind;
@@ -12,9 +12,19 @@ use crate::identify::predict::by_course;
 use crate::identify::recording_conventions::{Convention, apply};
 use crate::statistics::Extremes;
 
-/// σ²/(σ² + σ_course²) of the effect's amplitude: its variance by the noise over that by noise and course. The gain of an effect is the square of its amplitude over the variance, so
-/// that this part of it counts. Of several amplitudes the largest part; 1 where the log leaves nothing open.
-pub fn part_by_noise(base: &FittedModel, candidate: &FittedCandidate) -> f64 {
+/// The gain of an effect in so many independent samples, with the unknown course of the voltage as an error beside the noise.
+pub fn gain_beside_course(base: &FittedModel, candidate: &FittedCandidate, samples: f64) -> f64 {
+    gain_of_part(candidate.gain, part_by_noise(base, candidate), samples)
+}
+
+/// The gain of an amplitude a is n ln(1 + a²/(n σ²)), where σ is its standard deviation by a noise whose level is estimated too: that gain with σ²/`part` in the place of σ².
+fn gain_of_part(gain: f64, part: f64, samples: f64) -> f64 {
+    samples * (part * (gain / samples).exp_m1()).ln_1p()
+}
+
+/// σ²/(σ² + σ_course²) of the effect's amplitude: its variance by the noise over that by noise and course. Of several amplitudes the largest part; 1 where the log leaves
+/// nothing open.
+fn part_by_noise(base: &FittedModel, candidate: &FittedCandidate) -> f64 {
     let mut data = base.data_for(&candidate.trial).into_owned();
     if data.voltage_course.is_none() {
         // The voltage was taken as constant within the rows. A small effect may be what it does there.
@@ -35,4 +45,18 @@ pub fn part_by_noise(base: &FittedModel, candidate: &FittedCandidate) -> f64 {
         noise / (noise + course)
     };
     judged.into_iter().map(part).max_or_zero()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::gain_of_part;
+
+    #[test]
+    fn gain_counts_in_proportion_near_the_noise_and_by_its_amplitude_far_from_it() {
+        assert!((gain_of_part(150.0, 0.1, 20_000.0) / 15.0 - 1.0).abs() < 0.01, "{}", gain_of_part(150.0, 0.1, 20_000.0));
+        // 1000 σ in 100 samples; with a course of 100 σ beside the noise it is 10 of the new standard deviations.
+        let gain = |sigmas: f64| 100.0 * (sigmas * sigmas / 100.0).ln_1p();
+        assert!((gain_of_part(gain(1000.0), 1e-4, 100.0) / gain(10.0) - 1.0).abs() < 1e-9);
+        assert_eq!(gain_of_part(500.0, 1.0, 1000.0).round(), 500.0);
+    }
 }
