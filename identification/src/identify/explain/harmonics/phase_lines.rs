@@ -1,7 +1,7 @@
 //! Lines of a series over a phase (angle, or 2π × time) that are no whole parts of a turn: its Fourier transform at all orders up to a highest one.
 //!
 //! The values are summed in bins of the phase, each shared by the two nearest bins in proportion, and the sums are transformed. Were each given to one bin, rows that beat with
-//! the bins would leave images of a strong line at other orders; where the rows are even in the phase, the bins are a whole number for each row and leave none.
+//! the bins would leave images of a strong line at other orders; where the rows are even in the phase, a row has a whole number of bins, or a bin of rows, and there are none.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -65,9 +65,11 @@ impl PhaseLines {
         if highest.is_nan() || highest <= lowest {
             return None;
         }
+        let needed = highest * BINS_PER_PERIOD;
         let bins_per_turn = match phase.rows_per_turn {
-            Some(rows) => rows * (highest * BINS_PER_PERIOD / rows).ceil(),
-            None => highest * BINS_PER_PERIOD,
+            Some(rows) if rows > needed => rows / (rows / needed).floor(),
+            Some(rows) => rows * (needed / rows).ceil(),
+            None => needed,
         };
         let mut sums = vec![0.0; (PADDING * (turns * bins_per_turn).ceil() as usize).next_power_of_two().max(2)];
         for (phase, value) in phase.rad.iter().zip(values) {
@@ -132,8 +134,10 @@ mod tests {
 
     #[test]
     fn strong_line_leaves_no_images() {
+        // Three rows for each bin.
+        let at_1_kHz = Phase { rad: (0..20_000).map(|k| TAU * f64::from(k) / 1000.0).collect(), rows_per_turn: Some(1000.0) };
         // The side lobes of a line at 0.3 Hz in 20 s are below 1/(π · 20 s · 35 Hz) there. With 320 bins per second the 15th multiple of 40 Hz is shared with sinc² 1.875.
-        for (phase, limit) in [(phase(Some(200.0)), 1e-3), (phase(None), 1e-2)] {
+        for (phase, limit) in [(phase(Some(200.0)), 1e-3), (at_1_kHz, 1e-3), (phase(None), 1e-2)] {
             let values: Vec<f64> = phase.rad.iter().map(|p| (0.3 * p).sin()).collect();
             let lines = PhaseLines::of(&phase, &values, 2.0, 40.0).unwrap();
             let largest = |from: f64, to: f64| {
