@@ -76,6 +76,12 @@ fn main() -> ExitCode {
         "logs" => {
             let dirt = words.iter().find_map(|word| Dirt::by_name(word)).unwrap_or(Dirt::Clean);
             let ids: Vec<String> = words.iter().filter(|word| word.contains('/')).cloned().collect();
+            if ids.is_empty() {
+                return usage("logs [KIND] ID…, where ID is the name of a log as in the tables");
+            }
+            if let Some(unknown) = ids.iter().find(|id| Drawn::by_name(id).is_none()) {
+                return usage(&format!("{unknown}: not the name of a log"));
+            }
             let one_each = Campaign { name: format!("{group}-{}", dirt.name()), ..campaign };
             println!("{}", tables::own(&run_dirty(&one_each, &ids, dirt)));
         }

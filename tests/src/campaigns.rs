@@ -64,8 +64,11 @@ impl From<Record> for Answer {
 /// Answers of some campaigns.
 ///
 /// # Errors
-/// With the file's name, and the row and field that are not those of a campaign.
+/// No file; or the file's name, and the row and field that are not those of a campaign.
 pub fn read(paths: &[String]) -> Result<Vec<Answer>, String> {
+    if paths.is_empty() {
+        return Err("no CSV of a campaign is named".to_owned());
+    }
     let mut answers = Vec::new();
     for path in paths {
         let file = csv::Reader::from_path(path).map_err(|e| format!("{path}: {e}"))?;
@@ -147,7 +150,8 @@ pub fn pooled(answers: &[Answer]) -> String {
             seconds(&lines)
         );
         for line in lines.iter().filter(|line| (can_be_right(line) && !is_right(line)) || has_phantom(line)) {
-            wrong += &format!("- {group}, {engine}: {}: {} {}\n", line.id, line.outcome.verdict, line.outcome.missing.join(", "));
+            let answer = format!("{} {}", line.outcome.verdict, line.outcome.missing.join(", "));
+            wrong += &format!("- {group}, {engine}: {}: {}\n", line.id, answer.trim_end());
         }
     }
     text + "\nNot right, or with an effect that is not there:\n\n" + &wrong
@@ -256,7 +260,8 @@ mod tests {
         ];
         let text = pooled(&answers);
         assert!(text.contains("| own, whitened | 2 | 2 | 1 (50.0 %) | 1 (97.5 %) | 1 | 1 | 0 | 2 of 4 | 1.0, 1.0, 1, 2 |"), "{text}");
-        assert!(text.ends_with("- own, whitened: a: effect-found coulomb, cogging\n- own, whitened: b: unknown-structure \n"), "{text}");
+        assert!(read(&[]).is_err_and(|e| e.contains("no CSV")));
+        assert!(text.ends_with("- own, whitened: a: effect-found coulomb, cogging\n- own, whitened: b: unknown-structure\n"), "{text}");
     }
 
     /// None of 300: 1 − 0.05^(1/300); one of two: √0.95.

@@ -61,7 +61,7 @@ impl Screening {
     pub fn best(&self, expensive: bool, criteria: &Criteria) -> Vec<usize> {
         let (Screening { trials, scores, .. }, c) = (self, &criteria.screening);
         let mut chosen: Vec<usize> = Vec::new();
-        // In the order of their scores: several structures or starts of one effect take the place of no other effect.
+        // Their effects: several structures or starts of one effect take one place.
         let mut effects: Vec<&str> = Vec::new();
         let mut best = 0.0;
         for &k in self.order.iter().filter(|&&k| trials[k].is_expensive() == expensive) {
@@ -74,11 +74,10 @@ impl Screening {
             let starts = 1 + usize::from(expensive || score > c.second_start_fraction * best);
             let few = chosen.iter().filter(same_structure).count() < starts;
             let high = score > fraction * best || chosen.len() < c.min_refitted;
-            if !effects.contains(&trials[k].card.id) {
-                effects.push(trials[k].card.id);
-            }
-            if score > self.critical_score && high && few && effects.len() <= c.max_refitted {
+            let is_new = !effects.contains(&trials[k].card.id);
+            if score > self.critical_score && high && few && (!is_new || effects.len() < c.max_refitted) {
                 chosen.push(k);
+                effects.extend(is_new.then_some(trials[k].card.id));
             }
         }
         chosen
@@ -146,15 +145,30 @@ mod tests {
         Trial { card, values, ranges, screened: free.to_vec(), fitted: free.to_vec(), absent: true, rate_from_encoder: None }
     }
 
+    /// Trials with their scores, the highest first.
+    fn screening(trials: Vec<Trial>, scores: impl Iterator<Item = f64>) -> Screening {
+        let scores = trials.iter().zip(scores).map(|(t, chi2_decrease)| Score { chi2_decrease, ..Score::zero(t, 0) }).collect();
+        let order = (0..trials.len()).collect();
+        Screening { trials, scores, invisible: Vec::new(), order, tests: 100, critical_score: 30.0 }
+    }
+
     /// Three structures of one effect with the highest scores leave a place for each of seven others.
     #[test]
     fn places_are_for_effects_and_not_for_their_structures() {
         let bridge = [[true, true], [true, false], [false, true]].map(|free| trial("bridge-nonlinearity", &free));
         let others = ["coulomb", "load", "brush-drop", "dead-time", "rate-bias", "rate-scale", "current-offset", "sensor-lag"];
         let trials: Vec<Trial> = bridge.into_iter().chain(others.map(|id| trial(id, &[true]))).collect();
-        let scores = trials.iter().enumerate().map(|(k, t)| Score { chi2_decrease: 1000.0 - k as f64, ..Score::zero(t, 0) }).collect();
-        let order = (0..trials.len()).collect();
-        let screening = Screening { trials, scores, invisible: Vec::new(), order, tests: 100, critical_score: 30.0 };
+        let screening = screening(trials, (0..11).map(|k| 1000.0 - f64::from(k)));
         assert_eq!(screening.best(false, &Criteria::default()), (0..10).collect::<Vec<_>>());
+    }
+
+    /// An effect whose score is too low to be refitted leaves its place to one whose score is a rough prediction.
+    #[test]
+    fn effect_that_is_not_refitted_takes_no_place() {
+        let exact = ["coulomb", "load", "brush-drop", "dead-time", "rate-bias", "rate-scale", "current-offset", "sensor-lag"];
+        let mut trials: Vec<Trial> = exact.map(|id| trial(id, &[true])).into();
+        trials.push(Trial { fitted: vec![true, false], ..trial("bridge-nonlinearity", &[true, true]) });
+        let values = [1000.0, 999.0, 998.0, 997.0, 996.0, 995.0, 994.0, 200.0, 100.0];
+        assert_eq!(screening(trials, values.into_iter()).best(false, &Criteria::default()), [0, 1, 2, 3, 4, 5, 6, 8]);
     }
 }

@@ -1,7 +1,7 @@
 //! Lines of a series over a phase (angle, or 2π × time) that are no whole parts of a turn: its Fourier transform at all orders up to a highest one.
 //!
-//! The values are summed in bins of the phase, each shared by the two nearest bins in proportion, and the sums are transformed. Were each given to one bin, rows that beat with
-//! the bins would leave images of a strong line at other orders; where the rows are even in the phase, a row has a whole number of bins, or a bin of rows, and there are none.
+//! Each value is shared between the two nearest bins of the phase, and the sums of the bins are transformed. With one bin for each value, rows that beat with the bins would leave
+//! images of a strong line at other orders. Over the time the rows are even; the spacing of rows and bins has a whole ratio there, which leaves no images.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -54,7 +54,8 @@ pub struct PhaseLines {
 }
 
 impl PhaseLines {
-    /// Lines of the `values` over the `phase`, from `min_periods` periods in all up to the order `highest`, in periods per turn; `None` where there are no such.
+    /// Lines of the `values` over the `phase`, from `min_periods` periods in all up to the order `highest`, in periods per turn; `None` where no order is between these limits.
+    /// Rows whose phase or value is not finite are ignored.
     pub fn of(phase: &Phase, values: &[f64], min_periods: f64, highest: f64) -> Option<Self> {
         let (from, to) = phase.rad.iter().copied().min_max();
         let turns = (to - from) / TAU;
@@ -74,6 +75,9 @@ impl PhaseLines {
         let mut sums = vec![0.0; (PADDING * (turns * bins_per_turn).ceil() as usize).next_power_of_two().max(2)];
         for (phase, value) in phase.rad.iter().zip(values) {
             let position = (phase - from) / TAU * bins_per_turn;
+            if !(position.is_finite() && value.is_finite()) {
+                continue;
+            }
             let part = position.fract();
             for (bin, part) in [(position as usize, 1.0 - part), (position as usize + 1, part)] {
                 if let Some(sum) = sums.get_mut(bin) {
@@ -90,7 +94,7 @@ impl PhaseLines {
         line as f64 * self.orders_per_line
     }
 
-    /// Lines on the distance of two orders that the phase distinguishes.
+    /// Number of lines between two orders that the phase just distinguishes.
     pub fn resolution(&self) -> usize {
         PADDING
     }
@@ -151,7 +155,8 @@ mod tests {
     #[test]
     fn best_lines_are_found_but_for_the_known_ones() {
         let phase = phase(None);
-        let values: Vec<f64> = phase.rad.iter().map(|p| (3.137 * p).sin() + 0.5 * (17.61 * p).cos()).collect();
+        let mut values: Vec<f64> = phase.rad.iter().map(|p| (3.137 * p).sin() + 0.5 * (17.61 * p).cos()).collect();
+        values[100] = f64::NAN;
         let lines = PhaseLines::of(&phase, &values, 2.0, 40.0).unwrap();
         let power: Vec<f64> = lines.transform.iter().map(|z| z.norm_sqr()).collect();
         let best = |known: &[f64]| lines.best(&power, |k| power[k], known, 1)[0];
