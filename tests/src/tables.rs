@@ -283,7 +283,7 @@ pub const CSV_FIELDS: [&str; 18] = [
 pub fn csv_record(group: &str, engine: &str, line: &Line) -> [String; 18] {
     let o = &line.outcome;
     let candidates: Vec<String> = o.candidates.iter().map(|(name, bic)| bic.map_or(name.clone(), |b| format!("{name} {b:.0}"))).collect();
-    let deviations: Vec<String> = o.deviations.iter().map(|(name, off)| format!("{name} {off:+.2}")).collect();
+    let deviations: Vec<String> = o.deviations.iter().map(|(name, off)| format!("{name} {off:+.4}")).collect();
     [
         group.to_owned(),
         engine.to_owned(),
