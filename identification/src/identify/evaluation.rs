@@ -7,7 +7,7 @@ use super::fit::{
     self, FitError, FitResult, PreparedLog, Unidentifiable,
     prepare::{PreparationNote, PrepareError},
 };
-use super::predict::{by_prediction_errors, needs_prediction_errors};
+use super::predict::{add_course_to_free_run, by_prediction_errors, needs_prediction_errors};
 use super::recording_conventions::fit_as_recorded;
 use super::repetition::{Repetition, repetition};
 use super::residual::{self, Misfit};
@@ -105,13 +105,18 @@ pub fn evaluate<'a>(
         return Ok(Evaluation::ImplausibleLog(findings));
     }
     let mut result = with_best_rate_source(model, &mut data, log, treatment, &mut remarks)?;
-    if treatment != ParameterTreatment::Kept && needs_prediction_errors(log, &data, &result) {
+    if treatment != ParameterTreatment::Kept {
         let (system, _) = fit::build::system(model, data.temp_C.is_some());
-        if let Some(found) = by_prediction_errors(&system, &data, &result) {
-            result = found;
-            remarks.push(EvaluationRemark::ByPredictionErrors);
-            remarks.extend(result.rests_on_course.then_some(EvaluationRemark::RestsOnCourse));
+        let by_innovations =
+            needs_prediction_errors(log, &data, &result).then(|| by_prediction_errors(&system, log, &data, &result)).flatten();
+        match by_innovations {
+            Some(found) => {
+                result = found;
+                remarks.push(EvaluationRemark::ByPredictionErrors);
+            }
+            None => add_course_to_free_run(&mut result, &system, log, &data),
         }
+        remarks.extend(result.rests_on_course.then_some(EvaluationRemark::RestsOnCourse));
     }
     let undetermined = undetermined_own_parameters(model, &result);
     result.unidentifiable.extend(undetermined);

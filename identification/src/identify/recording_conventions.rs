@@ -131,7 +131,7 @@ pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Optio
             Some(PreparationNote::AssumedAtT { column })
         }
         Convention::InputMoves => {
-            if data.input_at_t || data.voltage_course.is_some() || data.driven != Input::Voltage {
+            if data.input_at_t || data.voltage_course.is_some() || data.driven != Input::Voltage || log.notes().voltage_is_held() {
                 return None;
             }
             data.voltage_course = VoltageCourse::expected(log, data.driven, Known::Means, &data.segments);

@@ -190,6 +190,7 @@ fn another_column_takes_the_place_of_the_rate_with_its_notes() {
 #[test]
 fn bridge_that_coasts_is_a_clause_of_the_voltages_note() {
     assert!(noted(&[("u_V", "coasting, at t")]).notes().bridge_coasts());
+    assert!(noted(&[("u_V", "asked, held")]).notes().voltage_is_held() && !noted(&[("u_V", "asked")]).notes().voltage_is_held());
     assert!(!noted(&[("u_V", "asked")]).notes().bridge_coasts());
 }
 

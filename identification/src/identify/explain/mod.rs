@@ -69,7 +69,7 @@ use crate::identify::constants;
 use crate::identify::defects::defects;
 use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
 use crate::identify::fit::{FitError, Preparation, PreparedLog};
-use crate::identify::predict::{by_prediction_errors, needs_prediction_errors};
+use crate::identify::predict::{add_course_to_free_run, by_prediction_errors, needs_prediction_errors};
 use crate::identify::recording_conventions::Recording;
 use crate::identify::residual;
 use crate::log::Log;
@@ -239,12 +239,18 @@ pub fn explain_until(
     let Outcome { mut search, verdict, unexplained, recorded } = start.explain(context, model, progress)?;
     if matches!(verdict, Verdict::Adequate | Verdict::EffectFound)
         && let Some(last) = search.models.last_mut()
-        && needs_prediction_errors(&log, &last.data, &last.fit)
-        && let Some(found) = by_prediction_errors(&last.system, &last.data, &last.fit)
     {
-        search.remarks.push(Remark::ByPredictionErrors);
-        search.remarks.extend(found.rests_on_course.then_some(Remark::RestsOnCourse));
-        last.replace_fit(found);
+        let by_innovations = needs_prediction_errors(&log, &last.data, &last.fit)
+            .then(|| by_prediction_errors(&last.system, &log, &last.data, &last.fit))
+            .flatten();
+        match by_innovations {
+            Some(found) => {
+                search.remarks.push(Remark::ByPredictionErrors);
+                last.replace_fit(found);
+            }
+            None => add_course_to_free_run(&mut last.fit, &last.system, &log, &last.data),
+        }
+        search.remarks.extend(last.fit.rests_on_course.then_some(Remark::RestsOnCourse));
     }
     // As the log was recorded, which the search may have found.
     let (given_data, given) = search.models.first().map_or((given_data, given), |first| (first.data.clone(), first.fit.clone()));

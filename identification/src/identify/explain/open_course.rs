@@ -8,8 +8,7 @@ use drive_model::ParameterKind;
 use super::candidate::FittedCandidate;
 use super::fitted_model::FittedModel;
 use crate::identify::fit::solve::Iterate;
-use crate::identify::predict::by_course;
-use crate::identify::recording_conventions::{Convention, apply};
+use crate::identify::predict::{by_course, with_course};
 use crate::statistics::Extremes;
 
 /// The gain of an effect in so many independent samples, with the unknown course of the voltage as an error beside the noise.
@@ -25,11 +24,9 @@ fn gain_of_part(gain: f64, part: f64, samples: f64) -> f64 {
 /// σ²/(σ² + σ_course²) of the effect's amplitude: its variance by the noise over that by noise and course. Of several amplitudes the largest part; 1 where the log leaves
 /// nothing open.
 fn part_by_noise(base: &FittedModel, candidate: &FittedCandidate) -> f64 {
-    let mut data = base.data_for(&candidate.trial).into_owned();
-    if data.voltage_course.is_none() {
-        // The voltage was taken as constant within the rows. A small effect may be what it does there.
-        apply(Convention::InputMoves, base.context.log, &mut data);
-    }
+    let data = base.data_for(&candidate.trial);
+    // Where the voltage was taken as constant within the rows, a small effect may be what it does there.
+    let Some(data) = with_course(base.context.log, &data) else { return 1.0 };
     let iterate = Iterate::new(&candidate.system, &candidate.parameters, &data, &candidate.states);
     let Some(by_course) = by_course(&candidate.system, &data, &iterate, &base.weights) else { return 1.0 };
     let by_course = candidate.parameters.full_covariance(&by_course);

@@ -1,6 +1,6 @@
 //! The input within the rows: its mean, and the course of a voltage about the mean.
 //!
-//! A column of values at t is interpolated by a monotone cubic. Means over the row of a voltage that moves within it are those of a quadratic spline. The stand records mean and first moment of each row. Its speed loop follows an estimate of the rate, which is an integral of
+//! A column of values at t is interpolated by a monotone cubic. Means over the row of a voltage that moves within it are those of a quadratic spline, and of a jump between two steady voltages. The stand records mean and first moment of each row. Its speed loop follows an estimate of the rate, which is an integral of
 //! the encoder's innovations: within a row the voltage is a random walk. Its expected course, given the means and moments of all rows, is a cubic in each row without
 //! jumps at the edges (smoothing spline: G. Wahba, Spline Models for Observational Data, 1990, section 1.3).
 
@@ -92,7 +92,7 @@ impl VoltageCourse {
                     let moments = &moments[rows.clone()];
                     by_moments(u, moments, &walk_variance(moments, MOMENT_VARIANCE), course);
                 }
-                (_, None) => by_means(u, course),
+                (_, None) => by_means_and_jumps(u, course),
             }
         }
         Some(VoltageCourse { rows_V: course.into(), known })
@@ -154,10 +154,15 @@ fn differences_at_edges(means: &[f64], course: &[[f64; 3]]) -> Vec<f64> {
     (0..means.len()).map(|k| if k == 0 { 0.0 } else { difference(k) }).collect()
 }
 
-/// Second difference of the means, centred at each row; 0 at the ends. For a random walk its variance is that which the walk gains in a row.
+/// Second difference of the means, centred at each row; 0 at the ends and beside a jump. For a random walk its variance is that which the walk gains in a row.
 fn second_differences(means: &[f64]) -> Vec<f64> {
     let n = means.len();
-    (0..n).map(|k| if k == 0 || k + 1 >= n { 0.0 } else { means[k + 1] - 2.0 * means[k] + means[k - 1] }).collect()
+    let mut second: Vec<f64> =
+        (0..n).map(|k| if k == 0 || k + 1 >= n { 0.0 } else { means[k + 1] - 2.0 * means[k] + means[k - 1] }).collect();
+    for k in (0..n).filter(|&k| jump(means, k).is_some()) {
+        second[k.saturating_sub(1)..n.min(k + 2)].fill(0.0);
+    }
+    second
 }
 
 /// Variance that the random walk gains in each row, by the mean square of `values` in the rows around it. `of_one`: the variance of one value, in that of the walk.
@@ -216,6 +221,38 @@ fn by_moments(means: &[f64], moments: &[f64], variance: &[f64], course: &mut [[f
     for k in 0..n {
         course[k] = cubic(moments[k], [slopes[k] * variance[k], slopes[k + 1] * variance[k]]);
     }
+}
+
+/// Rise of a voltage that jumps once within row `k`, at its begin or at its end: by [`MIN_JUMP_SIGMAS`] or more of the largest difference among the rows before and among those after. `None`: it does not.
+fn jump(means: &[f64], k: usize) -> Option<f64> {
+    if k < ROWS_BESIDE || k + ROWS_BESIDE >= means.len() {
+        return None;
+    }
+    let largest_step = |rows: &[f64]| rows.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+    let (before, after) = (&means[k - ROWS_BESIDE..k], &means[k + 1..=k + ROWS_BESIDE]);
+    let (begin, end) = (before[ROWS_BESIDE - 1], after[0]);
+    let beside = largest_step(before).max(largest_step(after));
+    let is_between = means[k] >= begin.min(end) - beside && means[k] <= begin.max(end) + beside;
+    (is_between && (end - begin).abs() > MIN_JUMP_SIGMAS * beside).then_some(end - begin)
+}
+
+/// Course within a row in which the voltage jumps by `rise`, at the fraction `at` of the row: its projection on the polynomials.
+fn jump_course(rise: f64, at: f64) -> [f64; 3] {
+    let x = at.clamp(0.0, 1.0);
+    [3.0 * rise * (1.0 - x) * x, 5.0 * rise * ((3.0 - 2.0 * x) * x - 1.0) * x, 7.0 * rise * (((10.0 - 5.0 * x) * x - 6.0) * x + 1.0) * x]
+}
+
+/// Expected course with these means, of a voltage that may jump: the mean of a row with a jump between two steady voltages tells its time. Between the jumps as [`by_means`].
+fn by_means_and_jumps(means: &[f64], course: &mut [[f64; 3]]) {
+    let mut begin = 0;
+    for k in 0..means.len() {
+        if let Some(rise) = jump(means, k) {
+            by_means(&means[begin..k], &mut course[begin..k]);
+            course[k] = jump_course(rise, (means[k + 1] - means[k]) / rise);
+            begin = k + 1;
+        }
+    }
+    by_means(&means[begin..], &mut course[begin..]);
 }
 
 /// Expected course of a random walk with these means: the quadratic in each row with which value and slope are continuous at the edges. Values e at the edges: e(k) + 4 e(k+1) + e(k+2) = 3 (m(k) + m(k+1)), at both
@@ -317,6 +354,32 @@ mod tests {
         by_means(&[2.0; 6], &mut flat);
         assert!(flat.iter().flatten().all(|c| c.abs() < 1e-12), "{flat:?}");
         by_means(&[], &mut []);
+    }
+
+    /// A step of the setpoint does not wait for a row.
+    #[test]
+    fn jump_within_a_row_is_found_by_its_mean() {
+        let (low, high, at) = (-0.3, 0.7, 0.37);
+        let mut means = vec![low; 10];
+        means[5..].fill(high);
+        means[5] = low * at + high * (1.0 - at);
+        let mut course = vec![[1.0; 3]; 10];
+        by_means_and_jumps(&means, &mut course);
+        assert!(course[..5].iter().chain(&course[6..]).flatten().all(|c| c.abs() < 1e-12), "{course:?}");
+        for (k, order) in [(0, 1), (1, 2), (2, 3)] {
+            // By its definition: (2 n + 1) times the mean of the voltage and the Legendre polynomial of order n.
+            let unit = |k: usize| std::array::from_fn(|j| f64::from(u8::from(j == k)));
+            let mean =
+                (0..100_000).map(|j| (f64::from(j) + 0.5) / 1e5).map(|x| if x < at { low } else { high } * value(unit(k), x)).sum::<f64>()
+                    / 1e5;
+            assert!((course[5][k] - f64::from(2 * order + 1) * mean).abs() < 1e-4, "{k}: {course:?}");
+        }
+        // A jump at an edge leaves nothing within the rows, and a ramp over two rows is no jump.
+        means[5] = high;
+        by_means_and_jumps(&means, &mut course);
+        assert!(course.iter().flatten().all(|c| c.abs() < 1e-12), "{course:?}");
+        means[4..6].copy_from_slice(&[0.0, 0.3]);
+        assert!((0..10).all(|k| jump(&means, k).is_none()));
     }
 
     /// A course of a true walk differs from the expected one as the drawn ones do, and these have what the log has.

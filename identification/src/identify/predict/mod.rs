@@ -10,13 +10,16 @@
 //! * [`gain`]: the stationary Kalman filter of that row model;
 //! * [`adjoint`]: gradient of the likelihood by a torque or by an error of a reading at each row;
 //! * [`fit`]: parameters, q and noise of largest likelihood, from a large q downwards (homotopy);
-//! * [`refine`]: parameters of a log whose input was made from a compared channel.
+//! * [`refine`]: parameters of a log whose input was made from a compared channel;
+//! * [`course`]: standard errors by what the log leaves open of the voltage within its rows.
 
 pub mod adjoint;
+pub mod course;
 pub mod fit;
 pub mod gain;
 pub mod refine;
 pub mod row_model;
 
+pub use course::{add_course_to_free_run, by_course, with_course};
 pub use fit::PredictionFit;
-pub use refine::{by_course, by_prediction_errors, needs_prediction_errors};
+pub use refine::{by_prediction_errors, needs_prediction_errors};

@@ -5,10 +5,9 @@
 //! innovations of a filter depend on no earlier noise; their estimates are consistent. Where a free run leaves more than noise, its
 //! parameters stay: the filter would take what the model lacks for a random torque.
 
-use nalgebra::{DMatrix, DVector};
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::SeedableRng;
+use nalgebra::DMatrix;
 
+use super::course::{add_course, course_covariance};
 use super::fit::Prediction;
 use crate::identify::fit::covariance::clustered;
 use crate::identify::fit::{self, FitResult, Iterate, PreparedLog, Problem, System};
@@ -24,7 +23,7 @@ pub fn needs_prediction_errors(log: &Log, data: &PreparedLog, free_run: &FitResu
 
 /// The parameters of largest likelihood of the innovations, with their standard errors, and the free run with these parameters. `None` where the model has no
 /// prediction-error form, or the free run leaves more than noise: the filter then follows an error of the simulation.
-pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitResult) -> Option<FitResult> {
+pub fn by_prediction_errors(system: &System, log: &Log, data: &PreparedLog, free_run: &FitResult) -> Option<FitResult> {
     let prediction = Prediction::new(system, data);
     let (found, converged) = prediction.fit_near(&free_run.parameters)?;
     let following = prediction.following(&found.predictor);
@@ -32,13 +31,13 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
     let iterate = Iterate::new(system, &found.parameters, &following, &found.initial_states);
     let weights = fit::weights(&noise);
     let by_blocks = clustered(Problem { system, data: &following, weights: &weights }, &iterate, &iterate.normal_equations(&weights));
-    let by_course = by_course(system, &following, &iterate, &weights);
+    let by_course = course_covariance(system, log, &following, &iterate, &weights);
     let mut innovations = fit::evaluate(system, &following, iterate, &noise);
     if let Some(by_blocks) = by_blocks {
         widen(&mut innovations, &found.parameters.full_covariance(&by_blocks.matrix));
     }
     if let Some(by_course) = by_course {
-        add_course(&mut innovations, &found.parameters.full_covariance(&by_course));
+        add_course(&mut innovations, &by_course);
     }
     let mut fixed = found.parameters.clone();
     fixed.list.iter_mut().for_each(|p| p.fixed = true);
@@ -52,36 +51,6 @@ pub fn by_prediction_errors(system: &System, data: &PreparedLog, free_run: &FitR
         converged: free_run.converged && converged,
         ..innovations
     })
-}
-
-/// Adds the covariance of the parameters by the course of the voltage, which is independent of that by the noise.
-fn add_course(fit: &mut FitResult, by_course: &DMatrix<f64>) {
-    fit.covariance += by_course;
-    for (k, sigma) in fit.sigmas.iter_mut().enumerate() {
-        let course = by_course[(k, k)].max(0.0).sqrt();
-        fit.rests_on_course |= course > *sigma;
-        *sigma = sigma.hypot(course);
-    }
-}
-
-/// Courses of the voltage that are drawn: their standard deviation is then known to a quarter.
-const COURSES: usize = 10;
-
-/// Covariance of the free coordinates by what the log leaves open of the voltage within its rows: of the steps to the minima with drawn courses (multiple imputation: Rubin,
-/// Multiple Imputation for Nonresponse in Surveys, 1987). `None` where nothing is open.
-pub fn by_course(system: &System, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
-    let course = data.voltage_course.as_ref()?;
-    let step_of = |iterate: &Iterate| Some(DVector::from_vec(iterate.normal_equations(weights).step(0.0, &[])?.parameters));
-    let here = step_of(iterate)?;
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(0);
-    let mut sum = DMatrix::zeros(here.len(), here.len());
-    for _ in 0..COURSES {
-        let mut other = data.clone();
-        other.voltage_course = Some(course.drawn(&data.input, &data.segments, &mut random)?);
-        let difference = step_of(&Iterate::new(system, &iterate.parameters, &other, &iterate.initial_states))? - &here;
-        sum += &difference * difference.transpose();
-    }
-    Some(sum * ((1.0 + 1.0 / COURSES as f64) / COURSES as f64))
 }
 
 /// Widens the standard errors to those of another covariance, where these are larger; the correlations stay. The counting error of an encoder at rest or at a

@@ -2,7 +2,7 @@
 //!
 //! A note about a column has the name of the column as key, with or without the unit (`omega`); commas separate its clauses. Understood
 //! are `encoder`, `gyro`; `magnitude`; for an angle `compared absolutely`; `mean over 4 ms before t`, `counts per 20 ms`, `newest sample of 1667 Hz before t`; `filter 100 Hz`; `at t`, `instant`; `mean over the row`; for `u_V`
-//! `asked`, `terminal`, `coasting`; for a quantization step `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per count`.
+//! `asked`, `terminal`, `coasting`, `held`; for a quantization step `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per count`.
 
 use std::f64::consts::TAU;
 
@@ -103,6 +103,11 @@ impl Notes {
         note_of(self, "u_V").into_iter().flat_map(clauses).any(is_coasting)
     }
 
+    /// The voltage is constant within each row: an output that is set once per row.
+    pub fn voltage_is_held(&self) -> bool {
+        note_of(self, "u_V").into_iter().flat_map(clauses).any(is_held)
+    }
+
     /// The input was not made from a measured channel: a note states that the drive had no loop. Without a note it may have had one.
     pub fn is_open_loop(&self) -> bool {
         self.text("mode").is_some_and(|mode| ["voltage", "off"].iter().any(|open| mode.trim().eq_ignore_ascii_case(open)))
@@ -171,7 +176,7 @@ fn provenance(notes: &[(String, String)], column: &str) -> (Provenance, Vec<Stri
     // Some loggers state under `encoder` how the rate was made.
     let encoder = notes.iter().find(|(k, _)| k == "encoder").filter(|_| column == "omega_rad_s" && own.is_none());
     for clause in own.into_iter().flat_map(clauses) {
-        let is_voltage = column == "u_V" && (voltage_of(clause).is_some() || is_coasting(clause));
+        let is_voltage = column == "u_V" && (voltage_of(clause).is_some() || is_coasting(clause) || is_held(clause));
         if !is_voltage && !take_clause(&mut made, clause) {
             unclear.push(clause.to_owned());
         }
@@ -292,6 +297,10 @@ fn voltage_of(clause: &str) -> Option<VoltageSource> {
 
 fn is_coasting(clause: &str) -> bool {
     has_word(clause, &["coasts", "coasting"])
+}
+
+fn is_held(clause: &str) -> bool {
+    has_word(clause, &["held", "constant"])
 }
 
 /// The column whose quantization step (LSB) a key names: `theta_lsb_rad`, `theta_rad_lsb`, `lsb_theta_rad`, `theta_lsb`, `theta_lsb_deg`.
