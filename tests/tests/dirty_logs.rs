@@ -1,5 +1,7 @@
 //! Imperfections of a bench are not called physics, and physics is found beside them. More logs: `cargo bench -p stand-tests --bench confusion -- dirt KIND`.
 
+use host_tools::deadline::Deadline;
+use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use host_tools::identify::explain::reasons::Refusal;
 use host_tools::identify::explain::{Explanation, Remark, Verdict, explain};
 use host_tools::identify::fit::prepare::PreparationNote;
@@ -83,4 +85,44 @@ fn another_way_of_recording_is_preferred_to_a_second_effect() {
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["asymmetric-friction".to_owned()][..]));
     let moves = |r: &Remark| matches!(r, Remark::Preparation(PreparationNote::AssumedToMove { column: "u_V" }));
     assert!(e.remarks.iter().any(moves), "{:?}", e.remarks);
+}
+
+/// Angles of a slow drive do not tell in most rows which times are right, by the encoder's counts. With the stamps, beside the shaft, a torque ripple seems to help.
+#[test]
+fn scattered_stamps_of_a_slow_drive_are_no_effect() {
+    let e = answer("own/compliance/voltage/multisine/9014", Dirt::Jitter);
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["compliance".to_owned()][..]));
+    assert!(is_said(&e, Dirt::Jitter), "{:?}", e.log.warnings());
+}
+
+/// What the voltage does within slow rows shifts parameters by more than the noise: under the speed loop it moves, in voltage mode it jumps with the profile.
+#[test]
+fn standard_errors_cover_what_the_voltage_may_do_within_slow_rows() {
+    let e = answer("own/inertia-variation/rate/multisine/9017", Dirt::SlowMean);
+    let truth = Drawn::by_name("own/inertia-variation/rate/multisine/9017").expect("a log of the table").true_model();
+    let fit = &e.explained;
+    let (k, found) = fit.parameters.list.iter().enumerate().find(|(_, p)| p.name == "inertia_variation").expect("it is found");
+    let error = found.value - truth.value(&found.name).expect("a true value");
+    assert!(error.abs() < 3.0 * fit.sigmas[k], "{error} ± {}", fit.sigmas[k]);
+
+    let mut squares: Vec<(String, f64)> = Vec::new();
+    let seeds = 9007..9019;
+    for seed in seeds.clone() {
+        let drawn = Drawn::by_name(&format!("own/quadratic-drag/voltage/multi-step/{seed}")).expect("a log of the table");
+        let (log, truth) = (Dirt::SlowMean.on(&drawn.log(), drawn.seed()), drawn.true_model());
+        let Ok(Evaluation::Evaluated(fitted)) = evaluate(&log, &truth, ParameterTreatment::Fitted, Deadline::NEVER) else {
+            panic!("{seed}: no fit")
+        };
+        let fit = &fitted.result;
+        squares.resize(fit.sigmas.len(), (String::new(), 0.0));
+        for ((p, sigma), (name, sum)) in fit.parameters.list.iter().zip(&fit.sigmas).zip(&mut squares) {
+            let deviation = (p.value - truth.value(&p.name).expect("a true value")) / sigma;
+            name.clone_from(&p.name);
+            *sum += deviation * deviation;
+        }
+    }
+    // 12 logs: χ² at 99.9 % for 12 degrees of freedom. Without the mending 97 for the inductance.
+    for (name, sum) in squares {
+        assert!(sum < 32.9, "{name}: mean square deviation {:.2} in {} logs", sum / seeds.len() as f64, seeds.len());
+    }
 }

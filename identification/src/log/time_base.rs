@@ -2,7 +2,7 @@
 //!
 //! A logger that stamps its rows when it gets round to it writes a jittered time for regular samples. A reading then lies where even times put it, not where
 //! its stamp does. Both times are tried on the readings themselves: each is predicted from its two neighbours by linear interpolation, and
-//! the time with the smaller error is the right one. Stamps of samples that were really taken unevenly stay as they are.
+//! the time with the smaller error is the right one, by the test of Diebold and Mariano (J. Bus. Econ. Stat. 13 (1995) 253). Stamps of samples that were really taken unevenly stay as they are.
 
 use std::ops::Range;
 
@@ -12,10 +12,12 @@ use crate::statistics::robust::{median, median_abs, quantile};
 const MIN_JITTER: f64 = 0.01;
 /// Distance of 99 % of the stamps from even times, intervals: beyond, the clock wanders or rows are missing.
 const MAX_DISTANCE: f64 = 0.5;
-/// Ratio of the prediction errors with even times and with stamps at which the even times are right.
-const MAX_ERROR_RATIO: f64 = 0.8;
-/// The same in another channel, at which they are wrong.
-const MIN_CONTRARY_RATIO: f64 = 1.1;
+/// Evidence of a channel for even times, standard deviations, at which they are right.
+const MIN_EVIDENCE: f64 = 5.0;
+/// Evidence of another channel for the stamps at which nothing is changed.
+const MAX_CONTRARY_EVIDENCE: f64 = 3.0;
+/// Readings that both times predict worse than by this many median errors are outliers.
+const OUTLIER_ERRORS: f64 = 8.0;
 
 /// Even times, and the rms scatter of the stamps about them, s, if the readings of `columns` are evenly spaced and the stamps are not.
 pub(super) fn even_times(t_s: &[f64], segments: &[Range<usize>], columns: &[&[f64]]) -> Option<(Vec<f64>, f64)> {
@@ -43,14 +45,8 @@ pub(super) fn even_times(t_s: &[f64], segments: &[Range<usize>], columns: &[&[f6
     if even.windows(2).any(|w| w[1] <= w[0]) {
         return None;
     }
-    let ratios: Vec<f64> = columns
-        .iter()
-        .filter_map(|y| {
-            let stamped = prediction_error(t_s, y, segments)?;
-            (stamped > 0.0).then(|| prediction_error(&even, y, segments).map(|e| e / stamped))?
-        })
-        .collect();
-    let is_better = ratios.iter().any(|r| *r < MAX_ERROR_RATIO) && ratios.iter().all(|r| *r < MIN_CONTRARY_RATIO);
+    let evidence: Vec<f64> = columns.iter().filter_map(|y| evidence(&even, t_s, y, segments)).collect();
+    let is_better = evidence.iter().any(|e| *e > MIN_EVIDENCE) && evidence.iter().all(|e| *e > -MAX_CONTRARY_EVIDENCE);
     is_better.then(|| (even, (squares / t_s.len() as f64).sqrt()))
 }
 
@@ -68,14 +64,21 @@ fn line(t: &[f64]) -> (f64, f64) {
     (mean - step * middle, step)
 }
 
-/// Median error of the linear interpolation between the neighbours of each row.
-fn prediction_error(t: &[f64], y: &[f64], segments: &[Range<usize>]) -> Option<f64> {
-    let errors: Vec<f64> = segments
-        .iter()
-        .flat_map(|rows| rows.start + 1..rows.end.saturating_sub(1))
-        .map(|k| y[k] - y[k - 1] - (y[k + 1] - y[k - 1]) * (t[k] - t[k - 1]) / (t[k + 1] - t[k - 1]))
-        .collect();
-    median_abs(&errors)
+/// How much better the even times predict the readings than the stamps do: the sum of the differences of the squared errors over its standard deviation. Errors two rows apart share a reading.
+fn evidence(even: &[f64], stamps: &[f64], y: &[f64], segments: &[Range<usize>]) -> Option<f64> {
+    let (by_even, by_stamps) = (prediction_errors(even, y, segments), prediction_errors(stamps, y, segments));
+    let limit = OUTLIER_ERRORS * median_abs(&by_even)?.max(median_abs(&by_stamps)?);
+    let better: Vec<f64> =
+        by_even.iter().zip(&by_stamps).map(|(e, s)| if e.abs().min(s.abs()) > limit { 0.0 } else { s * s - e * e }).collect();
+    let products = |lag: usize| better.iter().zip(better.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
+    let variance = products(0) + 2.0 * (products(1) + products(2));
+    (variance > 0.0).then(|| better.iter().sum::<f64>() / variance.sqrt())
+}
+
+/// Error of the linear interpolation between the neighbours of each row.
+fn prediction_errors(t: &[f64], y: &[f64], segments: &[Range<usize>]) -> Vec<f64> {
+    let error = |k: usize| y[k] - y[k - 1] - (y[k + 1] - y[k - 1]) * (t[k] - t[k - 1]) / (t[k + 1] - t[k - 1]);
+    segments.iter().flat_map(|rows| rows.start + 1..rows.end.saturating_sub(1)).map(error).collect()
 }
 
 #[cfg(test)]
@@ -94,6 +97,20 @@ mod tests {
         let (even, rms) = even_times(&t, std::slice::from_ref(&(0..4000)), &[&theta]).expect("even times");
         assert!(even.iter().enumerate().all(|(k, t)| (t - 1e-3 * k as f64).abs() < 1e-5));
         assert!((rms / 1.15e-4 - 1.0).abs() < 0.1, "an even error of ±0.2 ms: {rms}");
+    }
+
+    /// A drive that is slow most of the time: most readings do not tell the times, by the encoder's counts.
+    #[test]
+    fn few_fast_rows_tell_the_times() {
+        const COUNT_RAD: f64 = 3e-4;
+        let angle = |t: f64| (t + 3.0 * (-(t - 2.0).powi(2) / 0.02).exp()).div_euclid(COUNT_RAD) * COUNT_RAD;
+        let stamps: Vec<f64> = (0..4000).map(|k| 1e-3 * (k as f64 + 0.2 * scatter(k))).collect();
+        let by_even: Vec<f64> = (0..4000).map(|k| angle(1e-3 * k as f64)).collect();
+        let by_stamps: Vec<f64> = stamps.iter().map(|t| angle(*t)).collect();
+        let segments = std::slice::from_ref(&(0..4000));
+        assert!(even_times(&stamps, segments, &[&by_even]).is_some());
+        assert!(even_times(&stamps, segments, &[&by_stamps]).is_none());
+        assert!(even_times(&stamps, segments, &[&by_even, &by_stamps]).is_none(), "the channels contradict each other");
     }
 
     #[test]
