@@ -17,6 +17,8 @@ use crate::model::Input;
 const VOLTAGE_SLOPE: &str = "u_slope_V";
 /// Standard deviations of the random walk beyond which the voltage jumps at the edge of a row: a step of the setpoint.
 const MIN_JUMP_SIGMAS: f64 = 5.0;
+/// Largest difference between the rows before a jump, and between those after it, part of the jump, at which they are steady: the mean of the row tells the time of the jump to this part of the row.
+const MAX_STEADY_STEP: f64 = 0.02;
 /// Rows on each side of a row whose moments tell the variance there. A drive with a shaft oscillates in bursts. The moment of one row alone is no estimate: where a
 /// ramp ends at a limit, the quiet rows beyond it would have none, and the edge to them no slope.
 const ROWS_BESIDE: usize = 3;
@@ -223,7 +225,7 @@ fn by_moments(means: &[f64], moments: &[f64], variance: &[f64], course: &mut [[f
     }
 }
 
-/// Rise of a voltage that jumps once within row `k`, at its begin or at its end: by [`MIN_JUMP_SIGMAS`] or more of the largest difference among the rows before and among those after. `None`: it does not.
+/// Rise of a voltage that jumps once within row `k`, at its begin or at its end, between two steady voltages. `None`: it does not. A voltage of a loop swings within a row as well.
 fn jump(means: &[f64], k: usize) -> Option<f64> {
     if k < ROWS_BESIDE || k + ROWS_BESIDE >= means.len() {
         return None;
@@ -233,7 +235,7 @@ fn jump(means: &[f64], k: usize) -> Option<f64> {
     let (begin, end) = (before[ROWS_BESIDE - 1], after[0]);
     let beside = largest_step(before).max(largest_step(after));
     let is_between = means[k] >= begin.min(end) - beside && means[k] <= begin.max(end) + beside;
-    (is_between && (end - begin).abs() > MIN_JUMP_SIGMAS * beside).then_some(end - begin)
+    (is_between && beside < MAX_STEADY_STEP * (end - begin).abs()).then_some(end - begin)
 }
 
 /// Course within a row in which the voltage jumps by `rise`, at the fraction `at` of the row: its projection on the polynomials.
