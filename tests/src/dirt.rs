@@ -94,11 +94,16 @@ impl Dirt {
                 }
             }
             Dirt::SlowInstant | Dirt::SlowMean => {
-                columns.retain(|c| c.name != "u_slope_V");
+                let slopes = columns.extract_if(.., |c| c.name == "u_slope_V").next();
                 for column in &mut columns {
                     let instant = match column.name.as_str() {
-                        "u_V" => self == Dirt::SlowInstant,
-                        "i_A" => false,
+                        "u_V" if self == Dirt::SlowInstant => {
+                            // The column has means; the value at t is that at the begin of the row.
+                            let slopes = slopes.iter().flat_map(|c| &c.values);
+                            column.values.iter_mut().zip(slopes).for_each(|(mean, slope)| *mean -= slope);
+                            true
+                        }
+                        "u_V" | "i_A" => false,
                         _ => true,
                     };
                     let rows = column.values.chunks_exact(DECIMATION);

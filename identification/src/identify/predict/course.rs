@@ -80,8 +80,9 @@ pub fn add_course_to_free_run(fit: &mut FitResult, system: &System, log: &Log, d
 fn is_refuted(system: &System, open: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> bool {
     let moving = Iterate::new(system, &iterate.parameters, open, &iterate.initial_states).normal_equations(weights);
     let decrease = moving.step(0.0, &held(iterate)).map_or(0.0, |step| step.predicted_decrease);
+    let by_course = moving.cost - decrease;
     // NaN where the simulation with the course diverges.
-    !(moving.cost - decrease <= iterate.normal_equations(weights).cost + MIN_GAIN)
+    by_course.is_nan() || by_course > iterate.normal_equations(weights).cost + MIN_GAIN
 }
 
 /// Coordinates of the parameters at a bound.
