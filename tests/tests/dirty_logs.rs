@@ -1,9 +1,12 @@
 //! Imperfections of a bench are not called physics, and physics is found beside them. More logs: `cargo bench -p stand-tests --bench confusion -- dirt KIND`.
 
+use std::collections::BTreeMap;
+
 use host_tools::deadline::Deadline;
 use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use host_tools::identify::explain::reasons::Refusal;
 use host_tools::identify::explain::{Explanation, Remark, Verdict, explain};
+use host_tools::identify::fit::parameters::Parameter;
 use host_tools::identify::fit::prepare::PreparationNote;
 use host_tools::log::LogWarning;
 use stand_tests::dirt::Dirt;
@@ -95,6 +98,26 @@ fn scattered_stamps_of_a_slow_drive_are_no_effect() {
     assert!(is_said(&e, Dirt::Jitter), "{:?}", e.log.warnings());
 }
 
+/// Deviations of the parameters of the true model, fitted to a log, in their standard errors.
+fn deviations(id: &str, dirt: Dirt) -> Vec<(String, f64)> {
+    let drawn = Drawn::by_name(id).expect("a log of the table");
+    let (log, truth) = (dirt.on(&drawn.log(), drawn.seed()), drawn.true_model());
+    let Ok(Evaluation::Evaluated(fitted)) = evaluate(&log, &truth, ParameterTreatment::Fitted, Deadline::NEVER) else {
+        panic!("{id}: no fit")
+    };
+    let fit = &fitted.result;
+    let deviation = |(k, p): (usize, &Parameter)| (p.name.clone(), (p.value - truth.value(&p.name).expect("a true value")) / fit.sigmas[k]);
+    fit.parameters.list.iter().enumerate().map(deviation).collect()
+}
+
+/// The voltage is updated once per millisecond. In values at t every 5 ms its lag by half of that looks as an inductance of five times the true one.
+#[test]
+fn standard_errors_cover_how_long_values_are_held() {
+    for (name, deviation) in deviations("nulls/voltage/multisine/9300", Dirt::SlowInstant) {
+        assert!(deviation.abs() < 3.5, "{name}: {deviation} standard errors");
+    }
+}
+
 /// What the voltage does within slow rows shifts parameters by more than the noise: under the speed loop it moves, in voltage mode it jumps with the profile.
 #[test]
 fn standard_errors_cover_what_the_voltage_may_do_within_slow_rows() {
@@ -105,20 +128,11 @@ fn standard_errors_cover_what_the_voltage_may_do_within_slow_rows() {
     let error = found.value - truth.value(&found.name).expect("a true value");
     assert!(error.abs() < 3.0 * fit.sigmas[k], "{error} ± {}", fit.sigmas[k]);
 
-    let mut squares: Vec<(String, f64)> = Vec::new();
+    let mut squares: BTreeMap<String, f64> = BTreeMap::new();
     let seeds = 9007..9019;
     for seed in seeds.clone() {
-        let drawn = Drawn::by_name(&format!("own/quadratic-drag/voltage/multi-step/{seed}")).expect("a log of the table");
-        let (log, truth) = (Dirt::SlowMean.on(&drawn.log(), drawn.seed()), drawn.true_model());
-        let Ok(Evaluation::Evaluated(fitted)) = evaluate(&log, &truth, ParameterTreatment::Fitted, Deadline::NEVER) else {
-            panic!("{seed}: no fit")
-        };
-        let fit = &fitted.result;
-        squares.resize(fit.sigmas.len(), (String::new(), 0.0));
-        for ((p, sigma), (name, sum)) in fit.parameters.list.iter().zip(&fit.sigmas).zip(&mut squares) {
-            let deviation = (p.value - truth.value(&p.name).expect("a true value")) / sigma;
-            name.clone_from(&p.name);
-            *sum += deviation * deviation;
+        for (name, deviation) in deviations(&format!("own/quadratic-drag/voltage/multi-step/{seed}"), Dirt::SlowMean) {
+            *squares.entry(name).or_default() += deviation * deviation;
         }
     }
     // 12 logs: χ² at 99.9 % for 12 degrees of freedom. Without the mending 97 for the inductance.

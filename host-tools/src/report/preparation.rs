@@ -61,7 +61,7 @@ pub fn constant(axis: Axis, shifted: &ShiftedConstant) -> String {
 }
 
 /// A standard error is mostly by the voltage within the rows.
-pub const RESTS_ON_COURSE: &str = "The log leaves open how the voltage moves within its rows, and a ± is mostly from that: a random walk is assumed. Where the voltage jumps, as by play or a soft shaft under a speed loop, a ± may be too small, by a factor of up to 2.5 in simulations. A log in voltage mode, or with more rows per second, determines these parameters better.";
+pub const RESTS_ON_COURSE: &str = "The log leaves open what the input does within its rows, and a ± is mostly from that: a random walk is assumed, or, for values at t, that each may be held for up to a row. Where the voltage jumps, as by play or a soft shaft under a speed loop, a ± may be too small, by a factor of up to 2.5 in simulations. A log in voltage mode, or with more rows per second, determines these parameters better.";
 
 /// The parameters are those of the prediction errors.
 pub const BY_PREDICTION_ERRORS: &str = "The parameters are from prediction errors: the input may be from a control loop, where the noise of the angle returns in it and biases a free run (the note “mode: voltage” states that there is none).";

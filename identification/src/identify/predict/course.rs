@@ -30,28 +30,40 @@ pub fn with_course<'d, 'l>(log: &'l Log, data: &'d PreparedLog<'l>) -> Option<Co
 /// Multiple Imputation for Nonresponse in Surveys, 1987). `open`: the data [`with_course`]. `None` where no course can be drawn, or the equations are singular.
 pub fn by_course(system: &System, open: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
     let course = open.voltage_course.as_ref()?;
-    let held = held(iterate);
-    let step_of = |iterate: &Iterate| Some(DVector::from_vec(iterate.normal_equations(weights).step(0.0, &held)?.parameters));
-    let here = step_of(iterate)?;
+    let here = step(iterate, weights)?;
     let mut random = Xoshiro256PlusPlus::seed_from_u64(0);
     let mut sum = DMatrix::zeros(here.len(), here.len());
     for _ in 0..COURSES {
         let mut other = open.clone();
         other.voltage_course = Some(course.drawn(&open.input, &open.segments, &mut random)?);
-        let difference = step_of(&Iterate::new(system, &iterate.parameters, &other, &iterate.initial_states))? - &here;
+        let difference = step(&Iterate::new(system, &iterate.parameters, &other, &iterate.initial_states), weights)? - &here;
         sum += &difference * difference.transpose();
     }
     Some(sum * ((1.0 + 1.0 / COURSES as f64) / COURSES as f64))
 }
 
 /// Covariance of the parameters by the course of the voltage, at `iterate`, which is linearised along `data`. `None` where nothing is open: a voltage that was taken as constant within the rows
-/// may have moved, unless the likelihood refutes that.
+/// may have moved, unless the likelihood refutes that; values that were taken as those of a smooth voltage may be held.
 pub fn course_covariance(system: &System, log: &Log, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
+    if data.input_at_t && !log.notes().has_provenance(data.driven.column()) {
+        return Some(iterate.parameters.full_covariance(&by_hold(system, log, data, iterate, weights)?));
+    }
     let open = with_course(log, data)?;
     if matches!(open, Cow::Owned(_)) && is_refuted(system, &open, iterate, weights) {
         return None;
     }
     Some(iterate.parameters.full_covariance(&by_course(system, &open, iterate, weights)?))
+}
+
+/// Covariance of the free coordinates by how long the values of the input at t are held, which no note tells: a digital converter holds each for up to a row, so that the input comes later, by up to half a row. The part
+/// of the row is even between 0, where the smooth input was fitted, and 1.
+fn by_hold(system: &System, log: &Log, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
+    let mut held_values = data.clone();
+    held_values.input = log.column(data.driven.column())?.into();
+    held_values.voltage_course = None;
+    let difference =
+        step(&Iterate::new(system, &iterate.parameters, &held_values, &iterate.initial_states), weights)? - step(iterate, weights)?;
+    Some(&difference * difference.transpose() / 3.0)
 }
 
 /// Adds the covariance by the course of the voltage, which is independent of that by the noise.
@@ -83,6 +95,11 @@ fn is_refuted(system: &System, open: &PreparedLog, iterate: &Iterate, weights: &
     let by_course = moving.cost - decrease;
     // NaN where the simulation with the course diverges.
     by_course.is_nan() || by_course > iterate.normal_equations(weights).cost + MIN_GAIN
+}
+
+/// Step of the free coordinates to the minimum; parameters at a bound stay.
+fn step(iterate: &Iterate, weights: &[f64]) -> Option<DVector<f64>> {
+    Some(DVector::from_vec(iterate.normal_equations(weights).step(0.0, &held(iterate))?.parameters))
 }
 
 /// Coordinates of the parameters at a bound.
