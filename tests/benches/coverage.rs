@@ -1,6 +1,6 @@
-//! Coverage of the standard errors: simulated logs, fitted from wrong starts as `stand fit` does; 95 % intervals against the truth, by mode and by noise.
+//! Coverage of the standard errors: simulated logs, fitted from wrong starts as `stand fit` does; 95 % intervals against the truth, by mode and by imperfection.
 //!
-//! `cargo bench -p stand-tests --bench coverage -- [N]`: N logs per mode and noise.
+//! `cargo bench -p stand-tests --bench coverage -- [N]`: N logs per mode and imperfection.
 
 use hal_sim::plant::Stand;
 use host_tools::deadline::Deadline;
@@ -14,14 +14,13 @@ use stand_tests::dirt::Dirt;
 use stand_tests::own::{TRUTH, log, model};
 
 const PROFILES: [ProfileKind; 3] = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs];
-const NOISES: [Dirt; 4] = [Dirt::Clean, Dirt::Coloured, Dirt::Jitter, Dirt::Outliers];
 
 fn main() {
     let count = std::env::args().skip(1).find_map(|w| w.parse().ok()).unwrap_or(150_u64);
-    println!("{count} logs of 30 s per mode and noise, profiles multi-step, multisine, prbs in turn; starts wrong by 1.5 either way");
+    println!("{count} logs of 30 s per mode and imperfection, profiles multi-step, multisine, prbs in turn; starts wrong by 1.5 either way");
     print!("{}", CoverageTable::header());
     for mode in [Mode::Voltage, Mode::Rate] {
-        for noise in NOISES {
+        for noise in Dirt::ALL {
             let errors: Vec<Vec<(f64, f64)>> = (0..count).into_par_iter().filter_map(|k| errors(mode, noise, k)).collect();
             let mut table = CoverageTable::default();
             for (p, (name, _)) in TRUTH.iter().enumerate() {
