@@ -17,7 +17,9 @@ const PROFILES: [ProfileKind; 3] = [ProfileKind::MultiStep, ProfileKind::Multisi
 
 fn main() {
     let count = std::env::args().skip(1).find_map(|w| w.parse().ok()).unwrap_or(150_u64);
-    println!("{count} logs of 30 s per mode and imperfection, profiles multi-step, multisine, prbs in turn; starts wrong by 1.5 either way");
+    println!(
+        "{count} logs of 30 s per mode and imperfection, profiles multi-step, multisine, prbs in turn; starts wrong by 1.5 either way"
+    );
     print!("{}", CoverageTable::header());
     for mode in [Mode::Voltage, Mode::Rate] {
         for noise in Dirt::ALL {
