@@ -67,7 +67,9 @@ fn line(t: &[f64]) -> (f64, f64) {
 /// How much better the even times predict the readings than the stamps do: the sum of the differences of the squared errors over its standard deviation. Errors two rows apart share a reading.
 fn evidence(even: &[f64], stamps: &[f64], y: &[f64], segments: &[Range<usize>]) -> Option<f64> {
     let (by_even, by_stamps) = (prediction_errors(even, y, segments), prediction_errors(stamps, y, segments));
-    let limit = OUTLIER_ERRORS * median_abs(&by_even)?.max(median_abs(&by_stamps)?);
+    let median = median_abs(&by_even)?.max(median_abs(&by_stamps)?);
+    // Where most readings are equal to their neighbours, as at rest, the median tells nothing.
+    let limit = if median > 0.0 { OUTLIER_ERRORS * median } else { f64::INFINITY };
     let better: Vec<f64> =
         by_even.iter().zip(&by_stamps).map(|(e, s)| if e.abs().min(s.abs()) > limit { 0.0 } else { s * s - e * e }).collect();
     let products = |lag: usize| better.iter().zip(better.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
