@@ -45,7 +45,7 @@ pub fn by_course(system: &System, open: &PreparedLog, iterate: &Iterate, weights
 /// Covariance of the parameters by the course of the voltage, at `iterate`, which is linearised along `data`. `None` where nothing is open: a voltage that was taken as constant within the rows
 /// may have moved, unless the likelihood refutes that; values that were taken as those of a smooth voltage may be held.
 pub fn course_covariance(system: &System, log: &Log, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
-    if data.input_at_t && !log.notes().has_provenance(data.driven.column()) {
+    if hold_is_open(log, data) {
         return Some(iterate.parameters.full_covariance(&by_hold(system, log, data, iterate, weights)?));
     }
     let open = with_course(log, data)?;
@@ -53,6 +53,11 @@ pub fn course_covariance(system: &System, log: &Log, data: &PreparedLog, iterate
         return None;
     }
     Some(iterate.parameters.full_covariance(&by_course(system, &open, iterate, weights)?))
+}
+
+/// The input was taken as its values at t, which no note states.
+fn hold_is_open(log: &Log, data: &PreparedLog) -> bool {
+    data.input_at_t && !log.notes().has_provenance(data.driven.column())
 }
 
 /// Covariance of the free coordinates by how long the values of the input at t are held, which no note tells: a digital converter holds each for up to a row, so that the input comes later, by up to half a row. The part
@@ -76,9 +81,10 @@ pub fn add_course(fit: &mut FitResult, by_course: &DMatrix<f64>) {
     }
 }
 
-/// Adds the covariance by the course to that of a free run that leaves only noise. The stand's own moments of an open loop determine the course.
+/// Adds the covariance by the course to that of a free run that leaves only noise, or whose values at t may be held. The stand's own moments of an open loop determine the course.
 pub fn add_course_to_free_run(fit: &mut FitResult, system: &System, log: &Log, data: &PreparedLog) {
-    if !fit.leaves_noise_only() || data.voltage_course.as_ref().is_some_and(|course| course.known == Known::Moments) {
+    let is_known = data.voltage_course.as_ref().is_some_and(|course| course.known == Known::Moments);
+    if is_known || !(fit.leaves_noise_only() || hold_is_open(log, data)) {
         return;
     }
     let weights = fit::weights(&fit.channels.iter().map(|c| c.noise).collect::<Vec<_>>());
