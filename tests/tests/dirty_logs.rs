@@ -8,7 +8,8 @@ use host_tools::identify::explain::reasons::Refusal;
 use host_tools::identify::explain::{Explanation, Remark, Verdict, explain};
 use host_tools::identify::fit::parameters::Parameter;
 use host_tools::identify::fit::prepare::PreparationNote;
-use host_tools::log::LogWarning;
+use host_tools::log::{Log, LogWarning};
+use host_tools::model::Model;
 use stand_tests::dirt::Dirt;
 use stand_tests::draw::Drawn;
 
@@ -98,23 +99,48 @@ fn scattered_stamps_of_a_slow_drive_are_no_effect() {
     assert!(is_said(&e, Dirt::Jitter), "{:?}", e.log.warnings());
 }
 
+/// The parameters of a model, fitted to a log, and their standard errors.
+fn fitted(log: &Log, model: &Model) -> Vec<(Parameter, f64)> {
+    let Ok(Evaluation::Evaluated(fitted)) = evaluate(log, model, ParameterTreatment::Fitted, Deadline::NEVER) else {
+        panic!("{}: no fit", log.path().display())
+    };
+    fitted.result.parameters.list.into_iter().zip(fitted.result.sigmas).collect()
+}
+
 /// Deviations of the parameters of the true model, fitted to a log, in their standard errors.
 fn deviations(id: &str, dirt: Dirt) -> Vec<(String, f64)> {
     let drawn = Drawn::by_name(id).expect("a log of the table");
-    let (log, truth) = (dirt.on(&drawn.log(), drawn.seed()), drawn.true_model());
-    let Ok(Evaluation::Evaluated(fitted)) = evaluate(&log, &truth, ParameterTreatment::Fitted, Deadline::NEVER) else {
-        panic!("{id}: no fit")
+    let truth = drawn.true_model();
+    let deviation = |(p, sigma): (Parameter, f64)| {
+        let deviation = (p.value - truth.value(&p.name).expect("a true value")) / sigma;
+        (p.name, deviation)
     };
-    let fit = &fitted.result;
-    let deviation = |(k, p): (usize, &Parameter)| (p.name.clone(), (p.value - truth.value(&p.name).expect("a true value")) / fit.sigmas[k]);
-    fit.parameters.list.iter().enumerate().map(deviation).collect()
+    fitted(&dirt.on(&drawn.log(), drawn.seed()), &truth).into_iter().map(deviation).collect()
 }
 
-/// The voltage is updated once per millisecond. In values at t every 5 ms its lag by half of that looks as an inductance of five times the true one.
+/// A voltage that is stated to be held adds nothing to the standard errors, and is constant within the row also if its values are stated to be at t.
+#[test]
+fn note_states_that_the_voltage_is_held() {
+    let drawn = Drawn::by_name("own/quadratic-drag/voltage/multi-step/9007").expect("a log of the table");
+    let (log, truth) = (Dirt::SlowMean.on(&drawn.log(), drawn.seed()), drawn.true_model());
+    let inductance = |note: Option<&str>| {
+        let notes = log.notes().iter().cloned().chain(note.map(|text| ("u_V".to_owned(), text.to_owned()))).collect::<Vec<_>>();
+        let noted = Log::new("noted.parquet", log.columns().to_vec(), notes).expect("a log");
+        let (p, sigma) = fitted(&noted, &truth).into_iter().find(|(p, _)| p.name == "inductance_H").expect("it is fitted");
+        (p.value, sigma)
+    };
+    let (open, held) = (inductance(None), inductance(Some("held")));
+    assert!(held.1 < 0.8 * open.1, "{held:?} {open:?}");
+    assert_eq!(inductance(Some("at t, held")), held);
+}
+
+/// The voltage is updated once per millisecond, a fifth of a row of 5 ms. The lag of half of that looks as an inductance of five times the true one. Of a standard error by times that are even
+/// between 0 and a row, which is that of a whole row over √3, it is √3/5 = 0.35.
 #[test]
 fn standard_errors_cover_how_long_values_are_held() {
     for (name, deviation) in deviations("nulls/voltage/multisine/9300", Dirt::SlowInstant) {
-        assert!(deviation.abs() < 3.5, "{name}: {deviation} standard errors");
+        let bounds = if name == "inductance_H" { 0.25..0.45 } else { -3.5..3.5 };
+        assert!(bounds.contains(&deviation), "{name}: {deviation} standard errors");
     }
 }
 
@@ -135,8 +161,8 @@ fn standard_errors_cover_what_the_voltage_may_do_within_slow_rows() {
             *squares.entry(name).or_default() += deviation * deviation;
         }
     }
-    // 12 logs: χ² at 99.9 % for 12 degrees of freedom. Without the mending 97 for the inductance.
+    // 12 logs: χ² at 0.1 % and 99.9 % for 12 degrees of freedom. By the noise alone it is 97 for the inductance.
     for (name, sum) in squares {
-        assert!(sum < 32.9, "{name}: mean square deviation {:.2} in {} logs", sum / seeds.len() as f64, seeds.len());
+        assert!((2.2..32.9).contains(&sum), "{name}: mean square deviation {:.2} in {} logs", sum / seeds.len() as f64, seeds.len());
     }
 }

@@ -7,7 +7,7 @@ use super::fit::{
     self, FitError, FitResult, PreparedLog, Unidentifiable,
     prepare::{PreparationNote, PrepareError},
 };
-use super::predict::{add_course_to_free_run, by_prediction_errors, needs_prediction_errors};
+use super::predict::refined;
 use super::recording_conventions::fit_as_recorded;
 use super::repetition::{Repetition, repetition};
 use super::residual::{self, Misfit};
@@ -107,15 +107,9 @@ pub fn evaluate<'a>(
     let mut result = with_best_rate_source(model, &mut data, log, treatment, &mut remarks)?;
     if treatment != ParameterTreatment::Kept {
         let (system, _) = fit::build::system(model, data.temp_C.is_some());
-        let by_innovations =
-            needs_prediction_errors(log, &data, &result).then(|| by_prediction_errors(&system, log, &data, &result)).flatten();
-        match by_innovations {
-            Some(found) => {
-                result = found;
-                remarks.push(EvaluationRemark::ByPredictionErrors);
-            }
-            None => add_course_to_free_run(&mut result, &system, log, &data),
-        }
+        let (found, by_prediction_errors) = refined(&system, log, &data, result);
+        result = found;
+        remarks.extend(by_prediction_errors.then_some(EvaluationRemark::ByPredictionErrors));
         remarks.extend(result.rests_on_course.then_some(EvaluationRemark::RestsOnCourse));
     }
     let undetermined = undetermined_own_parameters(model, &result);

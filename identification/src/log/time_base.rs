@@ -14,7 +14,7 @@ const MIN_JITTER: f64 = 0.01;
 const MAX_DISTANCE: f64 = 0.5;
 /// Evidence of a channel for even times, standard deviations, at which they are right.
 const MIN_EVIDENCE: f64 = 5.0;
-/// Evidence of another channel for the stamps at which nothing is changed.
+/// Evidence of another channel for the stamps at which nothing is changed: significant at 0.1 %.
 const MAX_CONTRARY_EVIDENCE: f64 = 3.0;
 /// Readings that both times predict worse than by this many median errors are outliers.
 const OUTLIER_ERRORS: f64 = 8.0;

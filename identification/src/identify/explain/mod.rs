@@ -69,7 +69,7 @@ use crate::identify::constants;
 use crate::identify::defects::defects;
 use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
 use crate::identify::fit::{FitError, Preparation, PreparedLog};
-use crate::identify::predict::{add_course_to_free_run, by_prediction_errors, needs_prediction_errors};
+use crate::identify::predict::refined;
 use crate::identify::recording_conventions::Recording;
 use crate::identify::residual;
 use crate::log::Log;
@@ -240,16 +240,9 @@ pub fn explain_until(
     if matches!(verdict, Verdict::Adequate | Verdict::EffectFound)
         && let Some(last) = search.models.last_mut()
     {
-        let by_innovations = needs_prediction_errors(&log, &last.data, &last.fit)
-            .then(|| by_prediction_errors(&last.system, &log, &last.data, &last.fit))
-            .flatten();
-        match by_innovations {
-            Some(found) => {
-                search.remarks.push(Remark::ByPredictionErrors);
-                last.replace_fit(found);
-            }
-            None => add_course_to_free_run(&mut last.fit, &last.system, &log, &last.data),
-        }
+        let (found, by_prediction_errors) = refined(&last.system, &log, &last.data, last.fit.clone());
+        last.replace_fit(found);
+        search.remarks.extend(by_prediction_errors.then_some(Remark::ByPredictionErrors));
         search.remarks.extend(last.fit.rests_on_course.then_some(Remark::RestsOnCourse));
     }
     // As the log was recorded, which the search may have found.

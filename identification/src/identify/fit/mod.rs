@@ -105,7 +105,7 @@ pub struct FitResult {
     pub steps: usize,
     /// Weighted sum of squares over the fitted rows.
     pub chi2: f64,
-    /// Of a standard error, the larger part is by the voltage within the rows, for which a random walk is assumed.
+    /// Of a standard error, the larger part is by the input within the rows, whose course is not known.
     pub rests_on_course: bool,
 }
 

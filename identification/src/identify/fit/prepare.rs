@@ -296,7 +296,9 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         let short_rows = short.iter().map(ExactSizeIterator::len).sum();
         notes.push(PreparationNote::Segments { segments: segments.len(), short: (short.len(), short_rows) });
     }
-    let input_at_t = log.notes().is_at_t(input_column(model)) && model.input() != Input::Motion;
+    // A value that is held over its row is the mean over the row as well.
+    let is_held = model.input() == Input::Voltage && log.notes().voltage_is_held();
+    let input_at_t = log.notes().is_at_t(input_column(model)) && model.input() != Input::Motion && !is_held;
     let supply_ratio = model.effects().iter().any(|e| e.card.uses_supply).then(|| supply_ratio(log)).flatten();
     let connected = connected(log, model, &compared)?;
     let theta = log.column("theta_rad");

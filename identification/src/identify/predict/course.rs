@@ -1,6 +1,9 @@
-//! Standard errors by what a log leaves open of the voltage within its rows.
+//! Uncertainty of the parameters by the unknown course of the input within the rows.
 //!
-//! In: a fit. Out: the covariance of its parameters by the courses of the voltage that the log does not exclude, beside that by the noise.
+//! In: a fit and its log. Out: the covariance of the parameters over the courses that the log does not exclude. It is added to the covariance by the noise. There are two cases:
+//!
+//! * the column has means over the row: the voltage may move within the row ([`by_course`]);
+//! * the column has values at t: a converter may hold each of them for a part of the row ([`by_hold`]).
 
 use std::borrow::Cow;
 
@@ -26,8 +29,8 @@ pub fn with_course<'d, 'l>(log: &'l Log, data: &'d PreparedLog<'l>) -> Option<Co
     Some(Cow::Owned(moving))
 }
 
-/// Covariance of the free coordinates by what the log leaves open of the voltage within its rows: of the steps from `iterate` to the minima with drawn courses (multiple imputation: Rubin,
-/// Multiple Imputation for Nonresponse in Surveys, 1987). `open`: the data [`with_course`]. `None` where no course can be drawn, or the equations are singular.
+/// Covariance of the free coordinates over drawn courses of the voltage: each is a random walk with the means, or means and moments, of the log. It is that of the steps from `iterate` to the
+/// minima with these courses (multiple imputation: Rubin, Multiple Imputation for Nonresponse in Surveys, 1987). `open`: the data [`with_course`]. `None` where no course can be drawn, or the equations are singular.
 pub fn by_course(system: &System, open: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
     let course = open.voltage_course.as_ref()?;
     let here = step(iterate, weights)?;
@@ -42,8 +45,8 @@ pub fn by_course(system: &System, open: &PreparedLog, iterate: &Iterate, weights
     Some(sum * ((1.0 + 1.0 / COURSES as f64) / COURSES as f64))
 }
 
-/// Covariance of the parameters by the course of the voltage, at `iterate`, which is linearised along `data`. `None` where nothing is open: a voltage that was taken as constant within the rows
-/// may have moved, unless the likelihood refutes that; values that were taken as those of a smooth voltage may be held.
+/// Covariance of the parameters by the course of the input, at `iterate`, which is linearised along `data`. `None` where the course is known, or the likelihood refutes that a voltage moved which was
+/// taken as constant within the rows.
 pub fn course_covariance(system: &System, log: &Log, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
     if hold_is_open(log, data) {
         return Some(iterate.parameters.full_covariance(&by_hold(system, log, data, iterate, weights)?));
@@ -60,8 +63,8 @@ fn hold_is_open(log: &Log, data: &PreparedLog) -> bool {
     data.input_at_t && !log.notes().has_provenance(data.driven.column())
 }
 
-/// Covariance of the free coordinates by how long the values of the input at t are held, which no note tells: a digital converter holds each for up to a row, so that the input comes later, by up to half a row. The part
-/// of the row is even between 0, where the smooth input was fitted, and 1.
+/// Covariance of the free coordinates by the time for which a converter holds each value of the input. No note states that time: it is taken as even between 0, for which the model was fitted,
+/// and a row. The input then comes later by up to half a row.
 fn by_hold(system: &System, log: &Log, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
     let mut held_values = data.clone();
     held_values.input = log.column(data.driven.column())?.into();
@@ -81,17 +84,18 @@ pub fn add_course(fit: &mut FitResult, by_course: &DMatrix<f64>) {
     }
 }
 
-/// Adds the covariance by the course to that of a free run that leaves only noise, or whose values at t may be held. The stand's own moments of an open loop determine the course.
-pub fn add_course_to_free_run(fit: &mut FitResult, system: &System, log: &Log, data: &PreparedLog) {
+/// A free run with the covariance by the course, where it leaves only noise or its values at t may be held. The stand's own moments of an open loop determine the course.
+pub fn with_course_of_free_run(system: &System, log: &Log, data: &PreparedLog, mut fit: FitResult) -> FitResult {
     let is_known = data.voltage_course.as_ref().is_some_and(|course| course.known == Known::Moments);
-    if is_known || !(fit.leaves_noise_only() || hold_is_open(log, data)) {
-        return;
+    if is_known || data.deadline.has_passed() || !(fit.leaves_noise_only() || hold_is_open(log, data)) {
+        return fit;
     }
     let weights = fit::weights(&fit.channels.iter().map(|c| c.noise).collect::<Vec<_>>());
     let iterate = Iterate::new(system, &fit.parameters, data, &fit.initial_states);
     if let Some(by_course) = course_covariance(system, log, data, &iterate, &weights) {
-        add_course(fit, &by_course);
+        add_course(&mut fit, &by_course);
     }
+    fit
 }
 
 /// With the expected course the model fits clearly worse than with a constant voltage.

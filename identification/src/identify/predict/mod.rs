@@ -10,8 +10,8 @@
 //! * [`gain`]: the stationary Kalman filter of that row model;
 //! * [`adjoint`]: gradient of the likelihood by a torque or by an error of a reading at each row;
 //! * [`fit`]: parameters, q and noise of largest likelihood, from a large q downwards (homotopy);
-//! * [`refine`]: parameters of a log whose input was made from a compared channel;
-//! * [`course`]: standard errors by what the log leaves open of the voltage within its rows.
+//! * [`refine`]: final parameters and standard errors of a fit; by prediction errors, where the input was made from a compared channel;
+//! * [`course`]: uncertainty of the parameters by the unknown course of the input within the rows.
 
 pub mod adjoint;
 pub mod course;
@@ -20,6 +20,6 @@ pub mod gain;
 pub mod refine;
 pub mod row_model;
 
-pub use course::{add_course_to_free_run, by_course, with_course};
+pub use course::{by_course, with_course};
 pub use fit::PredictionFit;
-pub use refine::{by_prediction_errors, needs_prediction_errors};
+pub use refine::refined;

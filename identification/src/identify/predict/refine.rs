@@ -1,4 +1,4 @@
-//! Parameters by prediction errors, for a log whose input was made from a compared channel.
+//! Final parameters and standard errors of a fit; by prediction errors, where the input was made from a compared channel.
 //!
 //! In a loop the noise of a reading returns in the input. An angle is compared in a free run by its increments, and the noise at the begin of an increment
 //! then correlates with the input within it: the estimates are biased (Ljung, System Identification, 1999, section 13.4). The
@@ -7,15 +7,26 @@
 
 use nalgebra::DMatrix;
 
-use super::course::{add_course, course_covariance};
+use super::course::{add_course, course_covariance, with_course_of_free_run};
 use super::fit::Prediction;
 use crate::identify::fit::covariance::clustered;
 use crate::identify::fit::{self, FitResult, Iterate, PreparedLog, Problem, System};
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
+/// The fit with its final parameters and standard errors: those of the prediction errors where the input may be from a loop, otherwise those of the free run; both with what the log leaves
+/// open of the input within its rows. Also whether they are of the prediction errors.
+pub fn refined(system: &System, log: &Log, data: &PreparedLog, free_run: FitResult) -> (FitResult, bool) {
+    if needs_prediction_errors(log, data, &free_run)
+        && let Some(found) = by_prediction_errors(system, log, data, &free_run)
+    {
+        return (found, true);
+    }
+    (with_course_of_free_run(system, log, data, free_run), false)
+}
+
 /// The noise of the angle may have returned in the input, and this fit compares its increments and leaves only noise.
-pub fn needs_prediction_errors(log: &Log, data: &PreparedLog, free_run: &FitResult) -> bool {
+fn needs_prediction_errors(log: &Log, data: &PreparedLog, free_run: &FitResult) -> bool {
     let increments = !data.angle_is_absolute() && data.channels.iter().any(|c| c.channel == Channel::Angle);
     let may_be_in_loop = !matches!(data.driven, Input::Motion | Input::Setpoint) && !log.notes().is_open_loop();
     may_be_in_loop && increments && free_run.leaves_noise_only() && free_run.converged && !data.deadline.has_passed()
@@ -23,7 +34,7 @@ pub fn needs_prediction_errors(log: &Log, data: &PreparedLog, free_run: &FitResu
 
 /// The parameters of largest likelihood of the innovations, with their standard errors, and the free run with these parameters. `None` where the model has no
 /// prediction-error form, or the free run leaves more than noise: the filter then follows an error of the simulation.
-pub fn by_prediction_errors(system: &System, log: &Log, data: &PreparedLog, free_run: &FitResult) -> Option<FitResult> {
+fn by_prediction_errors(system: &System, log: &Log, data: &PreparedLog, free_run: &FitResult) -> Option<FitResult> {
     let prediction = Prediction::new(system, data);
     let (found, converged) = prediction.fit_near(&free_run.parameters)?;
     let following = prediction.following(&found.predictor);
