@@ -48,9 +48,15 @@ impl Drive {
     /// Rate and angle after a step with the motor's current.
     fn step(&self, (omega, theta): (f64, f64), current_A: f64) -> (f64, f64) {
         let torque = self.motor_constant_N_m_A * current_A - self.viscous_N_m_s * omega;
-        let sliding = omega + STEP_S * (torque - self.coulomb_N_m * omega.signum()) / self.inertia_kg_m2;
-        let held = omega == 0.0 && torque.abs() <= self.coulomb_N_m;
-        let next = if held || sliding * omega < 0.0 { 0.0 } else { sliding };
+        let rate_after = |omega: f64, sign: f64, time_s: f64| omega + time_s * (torque - self.coulomb_N_m * sign) / self.inertia_kg_m2;
+        let sliding = rate_after(omega, omega.signum(), STEP_S);
+        let next = if omega == 0.0 || sliding * omega < 0.0 {
+            // From standstill on, for the rest of the step, it slides the other way or is held.
+            let left_s = if omega == 0.0 { STEP_S } else { STEP_S * sliding / (sliding - omega) };
+            if torque.abs() <= self.coulomb_N_m { 0.0 } else { rate_after(0.0, torque.signum(), left_s) }
+        } else {
+            sliding
+        };
         (next, theta + STEP_S * 0.5 * (omega + next))
     }
     fn current_A(&self, voltage_V: f64, omega: f64) -> f64 {
