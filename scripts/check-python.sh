@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The Python package as a user has it: the wheel for every x86-64 is built, installed into an empty environment, and tested there; types, notebooks.
 # Usage: scripts/check-python.sh [FOLDER]; the wheel is left in FOLDER, default target/wheels. Needs cargo and Python 3.10 or later with venv.
+# WHEEL_PROFILE=dev builds it for this machine only, with the dependencies that `cargo test` has built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 target="$(realpath -m "${CARGO_TARGET_DIR:-target}")"
@@ -13,9 +14,13 @@ part "wheel"
 python3 -m venv "$work/build"
 "$work/build/bin/pip" install --quiet 'maturin>=1.9,<2'
 rm -f "$wheels"/rotary_stand-*.whl
-# `.cargo/config.toml` compiles for this machine; a wheel is for all. The folder is its own, so that the builds do not replace each other.
-RUSTFLAGS=-Ctarget-cpu=x86-64 CARGO_TARGET_DIR="$target/baseline" \
-    "$work/build/bin/maturin" build --quiet --manifest-path python/Cargo.toml --profile wheel --out "$wheels"
+(
+    if [ "${WHEEL_PROFILE:=wheel}" = wheel ]; then
+        # `.cargo/config.toml` compiles for this machine; a wheel is for all. The folder is its own, so that the builds do not replace each other.
+        export RUSTFLAGS=-Ctarget-cpu=x86-64 CARGO_TARGET_DIR="$target/baseline"
+    fi
+    "$work/build/bin/maturin" build --quiet --manifest-path python/Cargo.toml --profile "$WHEEL_PROFILE" --out "$wheels"
+)
 wheel="$(ls "$wheels"/rotary_stand-*.whl)"
 printf '%s: %d KB\n' "$(basename "$wheel")" "$(($(stat -c %s "$wheel") / 1024))"
 

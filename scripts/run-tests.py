@@ -1,0 +1,58 @@
+#!/usr/bin/env python3
+"""Builds and runs all tests of the workspace, and prints what each test program printed when it ends.
+
+`cargo test` runs the programs one after the other; most of ours compute and keep one processor busy. Those run here one per processor, each with one
+test at a time. Programs that wait for a serial line, a socket or a page in real time run alone, after them. All run, whatever fails.
+
+Usage: scripts/run-tests.py [ARGUMENT...]; the arguments are those of the test programs, as after `cargo test --`.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
+
+# They have time limits or wait in real time, which a busy processor would spoil.
+ALONE = {
+    "calibrate_faults", "fleet", "host_tools", "lab_real_stand", "panel", "panel_laboratory", "panel_measure", "panel_security", "record_store",
+    "reliability", "serial_line", "settings_command", "shell_command", "sim_long", "tcp_line",
+}  # fmt: skip
+
+
+def test_programs():
+    """Name, path and package folder of each test program, after they are built."""
+    build = ["cargo", "test", "--workspace", "--no-run", "--message-format=json-render-diagnostics"]
+    messages = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True).stdout
+    for message in map(json.loads, messages.splitlines()):
+        if message["reason"] == "compiler-artifact" and message["executable"] and message["profile"]["test"]:
+            yield message["target"]["name"], message["executable"], os.path.dirname(message["manifest_path"])
+
+
+def passes(program, arguments):
+    """Runs a test program in the folder of its package, as cargo does; prints its output at its end."""
+    name, executable, folder = program
+    begin = time.monotonic()
+    environment = {**os.environ, "CARGO_MANIFEST_DIR": folder}
+    run = subprocess.run([executable, *arguments], cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    output = run.stdout.decode(errors="replace").strip()
+    print(f"\n     {name} in {os.path.basename(folder)}, {time.monotonic() - begin:.0f} s\n{output}", flush=True)
+    return run.returncode == 0
+
+
+def main():
+    arguments = sys.argv[1:]
+    programs = list(test_programs())
+    computing = [p for p in programs if p[0] not in ALONE]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        runs = {pool.submit(passes, program, [*arguments, "--test-threads=1"]): program for program in computing}
+        failed = [runs[run] for run in as_completed(runs) if not run.result()]
+    failed += [program for program in programs if program[0] in ALONE and not passes(program, arguments)]
+    documentation = subprocess.run(["cargo", "test", "--workspace", "--doc", "--", *arguments])
+    if failed:
+        print("\nfailed: " + ", ".join(f"{name} in {os.path.basename(folder)}" for name, _, folder in failed))
+    sys.exit(1 if failed or documentation.returncode else 0)
+
+
+main()
