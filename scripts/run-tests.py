@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Builds and runs all tests of the workspace, and prints what each test program printed when it ends.
 
-`cargo test` runs the programs one after the other; most of ours compute and keep one processor busy. Those run here one per processor, each with one
-test at a time. Programs that wait for a serial line, a socket or a page in real time run alone, after them. All run, whatever fails.
+`cargo test` runs the programs one after the other, and most of them keep only one processor busy. Here as many programs run as there are processors,
+each with one test at a time. Programs that wait for a serial line, a socket or a page in real time run alone, after the others. A failure does not
+stop the rest.
 
 Usage: scripts/run-tests.py [ARGUMENT...]; the arguments are those of the test programs, as after `cargo test --`.
 """
@@ -24,8 +25,10 @@ ALONE = {
 def test_programs():
     """Name, path and package folder of each test program, after they are built."""
     build = ["cargo", "test", "--workspace", "--no-run", "--message-format=json-render-diagnostics"]
-    messages = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True).stdout
-    for message in map(json.loads, messages.splitlines()):
+    built = subprocess.run(build, stdout=subprocess.PIPE, text=True)
+    if built.returncode:
+        sys.exit(built.returncode)  # cargo has said why
+    for message in map(json.loads, built.stdout.splitlines()):
         if message["reason"] == "compiler-artifact" and message["executable"] and message["profile"]["test"]:
             yield message["target"]["name"], message["executable"], os.path.dirname(message["manifest_path"])
 
