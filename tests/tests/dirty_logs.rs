@@ -99,6 +99,29 @@ fn scattered_stamps_of_a_slow_drive_are_no_effect() {
     assert!(is_said(&e, Dirt::Jitter), "{:?}", e.log.warnings());
 }
 
+/// A program that logs its last output together with the readings that this output has led to.
+#[test]
+fn voltage_of_the_row_before_is_recognised() {
+    let drawn = Drawn::by_name("nulls/voltage/multi-step/7004").expect("a log of the table");
+    let slow = Dirt::SlowMean.on(&drawn.log(), drawn.seed());
+    let mut columns = slow.columns().to_vec();
+    for voltage in columns.iter_mut().filter(|c| c.name == "u_V") {
+        voltage.values.rotate_right(1);
+        voltage.values[0] = 0.0;
+    }
+    let log = |notes: Vec<(String, String)>| Log::new("before.parquet", columns.clone(), notes).expect("a log");
+    let e = explain(vec![log(slow.notes().iter().cloned().collect())], &drawn.user_model(), &|_| {}).expect("an explanation");
+    assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{:?}", e.missing);
+    let is_said = |r: &Remark| matches!(r, Remark::Preparation(PreparationNote::AssumedOfRowBefore { column: "u_V" }));
+    assert!(e.remarks.iter().any(is_said), "{:?}", e.remarks);
+    let truth = drawn.true_model();
+    let stated = slow.notes().iter().cloned().chain([("u_V".to_owned(), "over the row before t".to_owned())]).collect();
+    for (p, sigma) in fitted(&log(stated), &truth) {
+        let deviation = (p.value - truth.value(&p.name).expect("a true value")) / sigma;
+        assert!(deviation.abs() < 4.0, "{}: {deviation} standard errors", p.name);
+    }
+}
+
 /// The parameters of a model, fitted to a log, and their standard errors.
 fn fitted(log: &Log, model: &Model) -> Vec<(Parameter, f64)> {
     let Ok(Evaluation::Evaluated(fitted)) = evaluate(log, model, ParameterTreatment::Fitted, Deadline::NEVER) else {

@@ -1,11 +1,12 @@
 //! `explain` on a sample of the logs of docs/figures.md. All logs: `cargo bench -p stand-tests --bench confusion`.
 
+use drive_model::Coordinate;
 use hal_sim::plant::Stand;
 use host_tools::acquire::hidden::hide;
 use host_tools::identify::defects::defects;
 use host_tools::identify::explain::{Explanation, Purpose, Refusal, Verdict, explain};
-use host_tools::log::Log;
-use host_tools::model::Model;
+use host_tools::log::{Column, Log};
+use host_tools::model::{Model, SummingPoint};
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 use stand_tests::draw::Drawn;
@@ -59,6 +60,21 @@ fn oscillating_supply_is_an_unknown_structure_over_time() {
     assert_eq!((e.verdict, e.missing.len()), (Verdict::UnknownStructure, 0));
     let shape = e.unexplained.first().expect("the remainder has a shape");
     assert_eq!(shape.coordinate.name(), "time");
+    let pasted = format!("{}\n{}", e.model.to_toml(), shape.expression.as_ref().expect("an expression is proposed"));
+    assert!(Model::parse(&pasted, "pasted").is_ok(), "the expression can be pasted into the model:\n{pasted}");
+}
+
+/// Ten seconds, three turns: an error of the angle reading in one sector is drawn over the angle, in the reading.
+#[test]
+fn bad_lines_of_the_encoder_are_an_error_of_its_reading() {
+    let drawn = Drawn::by_name("outsiders/bad-lines/voltage/multi-step/1").expect("a log of the table");
+    let whole = drawn.log();
+    let ten_s = whole.columns().iter().map(|c| Column { name: c.name.clone(), values: c.values[..10_000].to_vec() }).collect();
+    let log = Log::new("ten-seconds.parquet", ten_s, whole.notes().clone()).expect("a log");
+    let e = answer(vec![log], &drawn.user_model());
+    assert_eq!((e.verdict, e.missing.len()), (Verdict::UnknownStructure, 0), "{:?}", e.missing);
+    let shape = e.unexplained.first().expect("the remainder has a shape");
+    assert_eq!((shape.coordinate, shape.acts_on), (Coordinate::Theta, SummingPoint::Angle));
     let pasted = format!("{}\n{}", e.model.to_toml(), shape.expression.as_ref().expect("an expression is proposed"));
     assert!(Model::parse(&pasted, "pasted").is_ok(), "the expression can be pasted into the model:\n{pasted}");
 }

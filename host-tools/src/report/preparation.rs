@@ -21,6 +21,10 @@ pub fn note(axis: Axis, note: &PreparationNote) -> String {
             "The log does not state how {0} was made. Values at the time of the row fit better than means over the row and are assumed; the note “{0}: at t” or “{0}: mean over the row” states it.",
             axis.column(column)
         ),
+        PreparationNote::AssumedOfRowBefore { column } => format!(
+            "The log does not state when {0} had its values. Each fits better as the value over the row before its own, as of a program that logs its last output with the next readings, and this is assumed; the note “{0}: over the row before t” or “{0}: mean over the row” states it. Without the note another command may assume another convention, which shifts a delay by a row.",
+            axis.column(column)
+        ),
         PreparationNote::AssumedToMove { column } => format!(
             "{0}: means over the row of a voltage that moves within it fit better than one that is constant within each row, and are assumed; its course is the smoothest with these means. A log with more rows per second shows the course itself.",
             axis.column(column)

@@ -5,7 +5,7 @@
 //! kept where the likelihood of the residuals rises clearly. Outliers are found first; see [`super::fit::outliers`].
 
 use super::fit::prepare::PreparationNote;
-use super::fit::voltage::{self, Known, VoltageCourse};
+use super::fit::voltage::{self, InputTiming, Known, VoltageCourse};
 use super::fit::{FitError, FitResult, PreparedLog, outliers};
 use crate::log::Log;
 use crate::model::{Channel, Input};
@@ -20,6 +20,8 @@ pub const MIN_GAIN: f64 = 20.0;
 pub enum Convention {
     /// The input holds values at t.
     InputAtT,
+    /// The input holds the values of the row before.
+    InputOfRowBefore,
     /// The input holds means over the row, within which it moves.
     InputMoves,
     /// The current is its value at t.
@@ -29,8 +31,16 @@ pub enum Convention {
 }
 
 impl Convention {
-    /// All of them, in the order in which they are tried.
-    pub const ALL: [Convention; 4] = [Convention::InputAtT, Convention::InputMoves, Convention::CurrentAtT, Convention::RateOverLastRow];
+    /// All of them.
+    pub const ALL: [Convention; 5] =
+        [Convention::InputAtT, Convention::InputOfRowBefore, Convention::InputMoves, Convention::CurrentAtT, Convention::RateOverLastRow];
+    /// Those that are tried together, of which the best is taken, in the order in which they are tried.
+    const ALTERNATIVES: [&'static [Convention]; 4] = [
+        &[Convention::InputAtT, Convention::InputOfRowBefore],
+        &[Convention::InputMoves],
+        &[Convention::CurrentAtT],
+        &[Convention::RateOverLastRow],
+    ];
 }
 
 /// A fit of the data, by the first argument; from the result of another fit, where there is one.
@@ -53,15 +63,19 @@ pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Resu
     let mut recording = Recording::default();
     let mut result = fit(data, None)?;
     result = without_outliers(data, result, fit)?;
-    for convention in Convention::ALL {
+    for alternatives in Convention::ALTERNATIVES {
         if result.leaves_noise_only() || data.deadline.has_passed() {
             break;
         }
-        let mut other = data.clone();
-        let Some(note) = apply(convention, log, &mut other) else { continue };
-        let Ok(trial) = fit(&other, Some(&result)) else { continue };
+        let tried = alternatives.iter().filter_map(|convention| {
+            let mut other = data.clone();
+            let note = apply(*convention, log, &mut other)?;
+            let trial = fit(&other, Some(&result)).ok()?;
+            Some((gain(&result, &trial), *convention, note, other, trial))
+        });
+        let Some((gain, convention, note, other, trial)) = tried.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         let values: usize = result.channels.iter().map(|c| c.rows).sum();
-        if gain(&result, &trial) > (MIN_GAIN_PER_VALUE * values as f64).max(MIN_GAIN) {
+        if gain > (MIN_GAIN_PER_VALUE * values as f64).max(MIN_GAIN) {
             *data = other;
             result = without_outliers(data, trial, fit)?;
             recording.conventions.push(convention);
@@ -117,24 +131,38 @@ pub fn gain(before: &FitResult, after: &FitResult) -> f64 {
         .sum()
 }
 
+/// The values of the input, where neither a note nor a moment within the rows states when it had them.
+fn input_of_unknown_timing<'l>(log: &'l Log, data: &PreparedLog) -> Option<&'l [f64]> {
+    let column = data.driven.column();
+    let is_known = data.input_timing != InputTiming::OverRow
+        || data.voltage_course.is_some()
+        || data.driven == Input::Motion
+        || log.notes().states_timing(column);
+    if is_known { None } else { log.column(column) }
+}
+
 /// Applies a convention that no note contradicts; `None` where it does not apply.
 pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Option<PreparationNote> {
     match convention {
         Convention::InputAtT => {
-            let column = data.driven.column();
-            if data.input_at_t || data.voltage_course.is_some() || data.driven == Input::Motion || log.notes().has_provenance(column) {
-                return None;
-            }
-            data.input_at_t = true;
-            data.input = voltage::input(log.column(column)?, true, &data.segments).into_owned().into();
-            data.voltage_course = VoltageCourse::expected(log, data.driven, Known::Values, &data.segments);
-            Some(PreparationNote::AssumedAtT { column })
+            let values = input_of_unknown_timing(log, data).filter(|_| !log.notes().voltage_is_held())?;
+            data.input_timing = InputTiming::AtT;
+            data.input = voltage::input(values, data.input_timing, &data.segments).into_owned().into();
+            data.voltage_course = VoltageCourse::expected(log, values, data.driven, Known::Values, &data.segments);
+            Some(PreparationNote::AssumedAtT { column: data.driven.column() })
+        }
+        Convention::InputOfRowBefore => {
+            let values = input_of_unknown_timing(log, data)?;
+            data.input_timing = InputTiming::OverRowBefore;
+            data.input = voltage::input(values, data.input_timing, &data.segments).into_owned().into();
+            Some(PreparationNote::AssumedOfRowBefore { column: data.driven.column() })
         }
         Convention::InputMoves => {
-            if data.input_at_t || data.voltage_course.is_some() || data.driven != Input::Voltage || log.notes().voltage_is_held() {
+            let is_known = data.input_timing == InputTiming::AtT || data.voltage_course.is_some() || log.notes().voltage_is_held();
+            if is_known || data.driven != Input::Voltage {
                 return None;
             }
-            data.voltage_course = VoltageCourse::expected(log, data.driven, Known::Means, &data.segments);
+            data.voltage_course = VoltageCourse::expected(log, &data.input, data.driven, Known::Means, &data.segments);
             Some(PreparationNote::AssumedToMove { column: data.driven.column() })
         }
         Convention::CurrentAtT => {

@@ -190,6 +190,11 @@ fn another_column_takes_the_place_of_the_rate_with_its_notes() {
 #[test]
 fn bridge_that_coasts_is_a_clause_of_the_voltages_note() {
     assert!(noted(&[("u_V", "coasting, at t")]).notes().bridge_coasts());
+    let before = noted(&[("u_V", "held, over the row before t")]);
+    assert!(before.warnings.is_empty() && before.notes().is_of_row_before("u_V") && before.notes().voltage_is_held());
+    assert!(before.notes().states_timing("u_V") && !noted(&[("u_V", "held")]).notes().states_timing("u_V"));
+    assert!(noted(&[("torque_N_m", "mean over the row before t")]).notes().is_of_row_before("torque_N_m"));
+    assert!(!noted(&[("u_V", "mean over the row")]).notes().is_of_row_before("u_V"));
     assert!(noted(&[("u_V", "asked, held")]).notes().voltage_is_held() && !noted(&[("u_V", "asked")]).notes().voltage_is_held());
     assert!(!noted(&[("u_V", "asked")]).notes().bridge_coasts());
 }

@@ -2,6 +2,7 @@ use super::{Comparison, Misfit, fit_json, html, text};
 use crate::identify::evaluation::EvaluationRemark;
 use crate::identify::fit::InitialStates;
 use crate::identify::fit::prepared_log::ComparedChannel;
+use crate::identify::fit::voltage::InputTiming;
 use crate::identify::fit::{ChannelFit, FitResult, Parameters, PreparedLog, Unidentifiable, build};
 use crate::log::{Column, Log};
 use crate::model::{Channel, Model};
@@ -53,7 +54,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
         axis: Default::default(),
         input: log.column("u_V").unwrap().into(),
         voltage_course: None,
-        input_at_t: false,
+        input_timing: InputTiming::OverRow,
         driven: crate::model::Input::Voltage,
         theta: log.column("theta_rad"),
         theta_quantum: 0.0,

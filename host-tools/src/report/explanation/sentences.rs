@@ -152,6 +152,9 @@ pub fn remark(axis: Axis, remark: &Remark) -> String {
             format!("Removed again: {}. The residual stays far above the noise, and their improvement is too small.", listed(effects))
         }
         Remark::NoLongerNeeded { effect, beside } => format!("{effect} was added first and is no longer needed beside {}.", listed(beside)),
+        Remark::NotNeededAtEnd { effect, beside } => {
+            format!("{effect} was added, but is not significant beside {}; it was removed.", listed(beside))
+        }
         Remark::Exchanged { effect, by, beside } => {
             format!("{effect} was added first; beside {} {by} fits better in its place.", listed(beside))
         }
@@ -214,6 +217,8 @@ pub fn shape(axis: Axis, shape: &Shape) -> String {
             let what = match shape.acts_on {
                 SummingPoint::Voltage => "a voltage",
                 SummingPoint::Dry => "a Coulomb friction",
+                SummingPoint::Rate => "an error of the rate reading",
+                SummingPoint::Angle => "an error of the angle reading",
                 _ => "a torque",
             };
             let (_, unit) = acts_on(axis, shape.acts_on);
@@ -238,6 +243,9 @@ pub fn shape_json(axis: Axis, shape: &Shape) -> Value {
         ShapeForm::PiecewiseLinear { largest } if is_voltage => json!({"kind": "voltage", "largest": largest, "unit": unit}),
         ShapeForm::PiecewiseLinear { largest } if shape.acts_on == SummingPoint::Dry => {
             json!({"kind": "friction", "largest": largest, "unit": unit})
+        }
+        ShapeForm::PiecewiseLinear { largest } if matches!(shape.acts_on, SummingPoint::Rate | SummingPoint::Angle) => {
+            json!({"kind": "reading", "channel": shape.acts_on.key(), "largest": largest, "unit": unit})
         }
         ShapeForm::PiecewiseLinear { largest } => json!({"kind": "torque", "largest": largest, "unit": unit}),
         ShapeForm::Oscillation { frequency_Hz, amplitude } if is_voltage => {

@@ -6,7 +6,7 @@
 //! * the coordinates: angle, rate, current, temperature, time, acceleration, history ([`residual::misfits`], against noise of the residual's own colour);
 //! * the past of the input: the innovations of the residual against the prewhitened input, N Σ r²(τ) ~ χ² (Söderström and Stoica, System
 //!   Identification, 1989, section 11.2);
-//! * the other channels: a torque that the model lacks moves rate, angle and current together, noise of one sensor does not;
+//! * the other channels, fast and slow: a torque that the model lacks moves rate, angle and current together, noise of one sensor does not;
 //! * for a rate sensor against a known motion: powers of the rate, the acceleration, and harmonics of the turn with and without the rate as a factor. The innovations
 //!   against these quantities through the same filter, as generalised least squares weighs them.
 
@@ -17,6 +17,7 @@ use super::motion::turns;
 use super::reasons::Remark;
 use crate::identify::fit::PreparedLog;
 use crate::identify::fit::prepare::is_of_sensor;
+use crate::identify::fit::voltage::InputTiming;
 use crate::identify::residual;
 use crate::log::RateSource;
 use crate::model::{Channel, Input};
@@ -93,7 +94,7 @@ pub fn coloured_noise(model: &FittedModel) -> Vec<Remark> {
 pub fn input_between_samples(model: &FittedModel) -> Option<Remark> {
     let data = &model.data;
     let log = model.context.log;
-    let held = log.column(data.driven.column()).filter(|_| data.input_at_t)?;
+    let held = log.column(data.driven.column()).filter(|_| data.input_timing == InputTiming::AtT)?;
     let error: Vec<f64> = data.input.iter().zip(held).map(|(mean, held)| mean - held).collect();
     let excess = residual::excess_of_input_error(log, data, &model.fit, &error)?;
     let white = model.context.criteria.noise.invisible;
@@ -250,7 +251,7 @@ fn channels_are_coherent(model: &FittedModel, left: &Remainder, criteria: &Adequ
     let stride = data.angle_lag();
     let blocks = |c: usize| -> Vec<f64> {
         let residual = &left.residuals[c];
-        let series = match data.channels[c].channel {
+        match data.channels[c].channel {
             // An increment is the mean rate over its interval.
             Channel::Angle => {
                 let mut list = Vec::new();
@@ -264,16 +265,41 @@ fn channels_are_coherent(model: &FittedModel, left: &Remainder, criteria: &Adequ
                 let usable: Vec<f64> = residual.iter().map(|r| if r.is_finite() { *r } else { 0.0 }).collect();
                 block_means(data, &usable, stride)
             }
-        };
-        prewhitened(&series)
+        }
     };
-    pairs.into_iter().filter_map(|(a, b)| Some((a?, b?))).any(|(a, b)| {
-        let (a, b) = (blocks(a), blocks(b));
-        let pairs: Vec<(f64, f64)> = a.iter().zip(&b).filter(|(a, b)| a.is_finite() && b.is_finite()).map(|(a, b)| (*a, *b)).collect();
+    pairs.into_iter().filter_map(|(a, b)| Some((a?, b?))).any(|(a, b)| series_are_coherent(blocks(a), blocks(b), criteria))
+}
+
+/// The innovations of two series are correlated, in the series themselves or in means over two, four, … of their values: a slow motion is hidden below
+/// the white noise of each value, and means over longer blocks show it.
+fn series_are_coherent(mut a: Vec<f64>, mut b: Vec<f64>, criteria: &AdequacyCriteria) -> bool {
+    // The same parts in both, so that their blocks are the same.
+    for (a, b) in a.iter_mut().zip(&mut b).filter(|(a, b)| !a.is_finite() || !b.is_finite()) {
+        (*a, *b) = (f64::NAN, f64::NAN);
+    }
+    loop {
+        let innovations = (prewhitened(&a), prewhitened(&b));
+        let pairs: Vec<(f64, f64)> = innovations.0.into_iter().zip(innovations.1).filter(|(a, b)| a.is_finite() && b.is_finite()).collect();
+        if pairs.len() < criteria.min_coherence_blocks {
+            return false;
+        }
         let sum = |f: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(f).sum::<f64>();
-        let correlation = sum(&|(a, b)| a * b) / (sum(&|(a, _)| a * a) * sum(&|(_, b)| b * b)).sqrt();
-        correlation.abs() > criteria.min_coherence && correlation.abs() * (pairs.len() as f64).sqrt() > criteria.min_coherence_sigmas
-    })
+        let correlation = (sum(&|(a, b)| a * b) / (sum(&|(a, _)| a * a) * sum(&|(_, b)| b * b)).sqrt()).abs();
+        if correlation > criteria.min_coherence && correlation * (pairs.len() as f64).sqrt() > criteria.min_coherence_sigmas {
+            return true;
+        }
+        (a, b) = (means_of_two(&a), means_of_two(&b));
+    }
+}
+
+/// Means of neighbouring pairs in each part of a series; NaN separates the parts.
+fn means_of_two(series: &[f64]) -> Vec<f64> {
+    let mut means = Vec::with_capacity(series.len() / 2 + 1);
+    for part in series.split(|v| !v.is_finite()) {
+        means.extend(part.chunks_exact(2).map(|pair| 0.5 * (pair[0] + pair[1])));
+        means.push(f64::NAN);
+    }
+    means
 }
 
 /// Time over which the residual is correlated, s: where its autocorrelation falls below 1/e.
@@ -286,4 +312,44 @@ fn correlation_time_s(residual: &[f64], dt_s: f64) -> f64 {
     let most = residual.len() / 10;
     let lag = (1..most).find(|&lag| correlation(lag) < (-1.0_f64).exp()).unwrap_or(most);
     lag as f64 * dt_s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+    /// An autoregression of unit variance: its value is `memory` times the one before, and noise.
+    fn coloured(draw: &mut Xoshiro256PlusPlus, rows: usize, memory: f64) -> Vec<f64> {
+        let mut at = 0.0;
+        (0..rows)
+            .map(|_| {
+                let even: f64 = (0..12).map(|_| draw.next_u32() as f64 / f64::from(u32::MAX)).sum();
+                at = memory * at + (1.0 - memory * memory).sqrt() * (even - 6.0);
+                at
+            })
+            .collect()
+    }
+
+    #[test]
+    fn slow_motion_below_the_noise_of_two_sensors_is_coherent() {
+        let mut draw = Xoshiro256PlusPlus::seed_from_u64(1);
+        let motion = coloured(&mut draw, 1500, 0.975);
+        let sensor = |draw: &mut Xoshiro256PlusPlus| coloured(draw, 1500, 0.0).into_iter().zip(&motion).map(|(n, m)| 3.0 * n + m).collect();
+        let (a, b) = (sensor(&mut draw), sensor(&mut draw));
+        assert!(series_are_coherent(a, b, &AdequacyCriteria::default()));
+    }
+
+    #[test]
+    fn independent_noise_of_two_sensors_is_not_coherent_whatever_its_colour() {
+        let found = (0..300).filter(|seed| {
+            let mut draw = Xoshiro256PlusPlus::seed_from_u64(100 + seed);
+            let (a, mut b) = (coloured(&mut draw, 1500, 0.9), coloured(&mut draw, 1500, 0.99));
+            // A part without a reading does not shift the blocks of one series against the other.
+            b[700] = f64::NAN;
+            series_are_coherent(a, b, &AdequacyCriteria::default())
+        });
+        assert!(found.count() <= 2, "more than 1 % of the pairs");
+    }
 }

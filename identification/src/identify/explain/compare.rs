@@ -72,7 +72,7 @@ fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -
 }
 
 /// Logarithm of the probability of such a gain by chance in one of so many tests.
-fn familywise_ln_p(gain: f64, parameters: usize, tests: usize) -> f64 {
+pub fn familywise_ln_p(gain: f64, parameters: usize, tests: usize) -> f64 {
     (ln_chi_squared_tail(gain, parameters as f64) + (tests as f64).ln()).min(0.0)
 }
 
@@ -97,11 +97,7 @@ fn in_order_of_preference(candidates: Vec<(f64, usize)>, indistinguishable: f64)
 impl AddingStep<'_> {
     /// The candidate is significant, improves BIC enough and was not refused.
     fn is_accepted(&self, f: &FittedCandidate) -> bool {
-        f.refused.is_none() && self.is_significant(f.ln_p, f.delta_bic)
-    }
-
-    fn is_significant(&self, ln_p: f64, delta_bic: f64) -> bool {
-        ln_p < self.criteria.max_familywise_p.ln() && delta_bic < -self.criteria.min_bic_difference
+        f.refused.is_none() && self.criteria.is_significant(f.ln_p, f.delta_bic)
     }
 
     fn leaves_far_less(&self, one: &FittedCandidate, other: &FittedCandidate) -> bool {
@@ -136,7 +132,7 @@ impl AddingStep<'_> {
             let f = &self.candidates[chosen];
             let gain = gain_beside_course(base, f, self.effective_samples);
             let ln_p = familywise_ln_p(gain, f.extra_parameters, self.tests);
-            if self.is_significant(ln_p, f.delta_bic + f.gain - gain) {
+            if self.criteria.is_significant(ln_p, f.delta_bic + f.gain - gain) {
                 return Some(chosen);
             }
             self.candidates[chosen].refused = Some(Refusal::CourseOpen { gain: f.gain, gain_beside_course: gain });

@@ -210,6 +210,11 @@ impl Default for EvidenceCriteria {
 }
 
 impl EvidenceCriteria {
+    /// A gain of this familywise probability and ΔBIC is significant and improves the model.
+    pub fn is_significant(&self, ln_p: f64, delta_bic: f64) -> bool {
+        ln_p < self.max_familywise_p.ln() && delta_bic < -self.min_bic_difference
+    }
+
     /// A model leaves far less to explain than another, by the χ²/n of their channels, in the worst channel.
     pub fn leaves_far_less(&self, one: &[f64], other: &[f64]) -> bool {
         let excess = |of: &[f64]| (worst(of.iter().copied()) - 1.0).max(self.min_compared_excess);
@@ -530,8 +535,10 @@ pub struct AdequacyCriteria {
     pub min_turns: f64,
     /// Correlation of two channels' residuals from which a torque may move both; default 0.1.
     pub min_coherence: f64,
-    /// Its standard errors; default 4, once in 16 000 pairs of independent channels.
+    /// Its standard errors; default 4, once in 16 000 independent pairs of series. Some ten are compared in a log.
     pub min_coherence_sigmas: f64,
+    /// Blocks of the log from which the correlation is computed; default 30: longer blocks, of which there are fewer, tell slower motion.
+    pub min_coherence_blocks: usize,
 }
 
 impl Default for AdequacyCriteria {
@@ -545,6 +552,7 @@ impl Default for AdequacyCriteria {
             min_turns: 1.5,
             min_coherence: 0.1,
             min_coherence_sigmas: 4.0,
+            min_coherence_blocks: 30,
         }
     }
 }

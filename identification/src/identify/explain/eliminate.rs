@@ -4,7 +4,7 @@ use drive_model::ParameterKind;
 use rayon::prelude::*;
 
 use super::candidate::{FittedCandidate, fit_trial};
-use super::compare::position;
+use super::compare::{familywise_ln_p, position};
 use super::descent::near_best;
 use super::fitted_model::FittedModel;
 use super::likelihood::{WhitenedSums, Whitener, delta_bic};
@@ -79,9 +79,40 @@ pub fn eliminate<'a>(search: &mut Search<'a>) -> Result<(), FitError> {
     Ok(())
 }
 
+/// Removes effects that would not be added to the others of the last model, the least needed first: at the end of a search each is examined, the last one too.
+pub fn eliminate_at_end(search: &mut Search) -> Result<(), FitError> {
+    while search.added.len() > 1
+        && let Some(last) = search.models.last()
+    {
+        let evidence = &last.context.criteria.evidence;
+        let mut least: Option<(f64, usize, FittedModel)> = None;
+        for (k, added) in search.added.iter().enumerate() {
+            let mut model = last.model.clone();
+            let is_modified = last.model.effects().iter().any(|e| e.name() == added.name && is_modified_by_another(&last.model, e.card));
+            if is_modified || model.remove(&added.name).is_err() {
+                continue;
+            }
+            let less = last.refit_against(&model, last.fit.chi2)?;
+            let need = Need::of(last, &less);
+            let is_needed = evidence.is_significant(familywise_ln_p(need.gain, need.more_parameters, search.tests), need.delta_bic);
+            if !is_needed && least.as_ref().is_none_or(|(bic, ..)| need.delta_bic > *bic) {
+                least = Some((need.delta_bic, k, less));
+            }
+        }
+        let Some((_, k, less)) = least else { break };
+        let effect = search.added.remove(k).name;
+        search.models.truncate(k + 1);
+        search.remarks.push(Remark::NotNeededAtEnd { effect, beside: search.names(0) });
+        add_again(search, k, &less)?;
+    }
+    Ok(())
+}
+
 /// How much the last model needs an effect.
 struct Need {
     whitener: Whitener,
+    gain: f64,
+    more_parameters: usize,
     /// Sums of the model without it.
     without: WhitenedSums,
     effective_samples: f64,
@@ -93,9 +124,12 @@ impl Need {
     fn of(last: &FittedModel, less: &FittedModel) -> Self {
         let whitener = last.whitener();
         let (with, without) = (last.whitened_sums(&whitener), less.whitened_sums(&whitener));
-        let more = last.free_parameters() as f64 - less.free_parameters() as f64;
+        let more_parameters = last.free_parameters().saturating_sub(less.free_parameters());
         let effective_samples = with.effective_samples();
-        Need { whitener, delta_bic: delta_bic(without.gain(&with), more, effective_samples), effective_samples, without }
+        // The whitened sums are those of a step beside the minimum: where the residuals themselves are not smaller with the effect, they prove nothing.
+        let gain = if last.fit.chi2 < less.fit.chi2 { without.gain(&with) } else { 0.0 };
+        let delta_bic = delta_bic(gain, more_parameters as f64, effective_samples);
+        Need { whitener, gain, more_parameters, delta_bic, effective_samples, without }
     }
 }
 
@@ -164,7 +198,56 @@ fn copy_effect(from: &Model, to: &mut Model, name: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identify::explain::{Context, Criteria};
+    use crate::identify::fit::prepare;
+    use crate::log::{Column, Log};
     use crate::model::Input;
+
+    /// Rates of a rotor under steps of the torque, with a load and an error of ±0.05 rad/s, in rows of 10 ms.
+    fn log_with_a_load() -> Log {
+        let (inertia, viscous, load, dt_s) = (1e-4, 1e-4, -3e-4, 0.01);
+        let mut omega = 0.0;
+        let mut columns = [const { Vec::new() }; 3];
+        for k in 0..1200 {
+            let error = 0.05 * ((f64::from(k) * 12.989_8).sin() * 43_758.545_3).fract();
+            let torque = if (k / 70 + k / 110) % 2 == 0 { 2e-3 } else { -1e-3 };
+            for (column, value) in columns.iter_mut().zip([f64::from(k) * dt_s, torque, omega + error]) {
+                column.push(value);
+            }
+            let end = (torque + load) / viscous;
+            omega = end + (omega - end) * (-viscous / inertia * dt_s).exp();
+        }
+        let columns = ["t_s", "torque_N_m", "omega_rad_s"].into_iter().zip(columns);
+        let columns = columns.map(|(name, values)| Column { name: name.to_owned(), values }).collect();
+        Log::new("load.csv", columns, Vec::new()).expect("a log")
+    }
+
+    #[test]
+    fn only_the_needed_effect_is_left_at_the_end() {
+        const GIVEN: &str =
+            "[drive]\ninput = \"torque_N_m\"\neffects = [\"viscous\"]\n[parameters]\ninertia_kg_m2 = 1.1e-4\nviscous_N_m_s = 0.9e-4\n";
+        let (log, criteria) = (log_with_a_load(), Criteria::default());
+        let rows = [0..log.len()];
+        let context = Context { log: &log, log_rows: &rows, criteria: &criteria };
+        let model = Model::parse(GIVEN, "given.toml").expect("a model");
+        let (data, _) = prepare::prepare(&log, &model, true).expect("a log of this model");
+        let (given, _) = FittedModel::fit(context, &model, data, None).expect("a fit");
+        let mut search =
+            Search { models: vec![given], added: Vec::new(), candidates: Vec::new(), remarks: Vec::new(), tests: 1000, doubt: None };
+        for name in ["quadratic-drag", "load", "load-step"] {
+            let before = search.models.last().expect("a model");
+            let mut model = before.model.clone();
+            model.add(name).expect("an effect");
+            let next = before.refit(&model, before.data.clone()).expect("a fit");
+            search.models.push(next);
+            search.added.push(Added { name: name.to_owned(), rivals: Vec::new() });
+        }
+        eliminate_at_end(&mut search).expect("fits");
+        assert_eq!(search.names(0), ["load"]);
+        assert_eq!(search.models.len(), 2);
+        let removed = search.remarks.iter().filter(|r| matches!(r, Remark::NotNeededAtEnd { .. })).count();
+        assert_eq!(removed, 2, "{:?}", search.remarks);
+    }
 
     #[test]
     fn second_effect_of_a_kind_becomes_the_first_where_the_first_was_removed() {

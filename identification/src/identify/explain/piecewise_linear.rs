@@ -1,10 +1,10 @@
 //! A piecewise linear law over one coordinate: it states only that something depends on that coordinate.
 
-use drive_model::{Contributions, Coordinate, Law, Point, Scalar, Structure};
+use drive_model::{Contributions, Coordinate, Law, Point, Reading, Scalar, Structure};
 
 use crate::model::SummingPoint;
 
-/// A function given by its values at equidistant knots, added to a torque, the Coulomb level or the voltage.
+/// A function given by its values at equidistant knots, added to a torque, the Coulomb level, the voltage, or the reading of rate or angle.
 #[derive(Debug, Clone)]
 pub struct PiecewiseLinear {
     /// Its coordinate: angle, rate, current, temperature or time.
@@ -66,6 +66,18 @@ impl<S: Scalar> Law<S> for PiecewiseLinear {
             SummingPoint::Voltage => out.voltage += self.value(p, x),
             _ => {}
         }
+    }
+
+    fn measure(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
+        match self.acts_on {
+            SummingPoint::Rate => y.omega += self.value(p, x),
+            SummingPoint::Angle => y.theta += self.value(p, x),
+            _ => {}
+        }
+    }
+
+    fn has_no_contribution(&self) -> bool {
+        matches!(self.acts_on, SummingPoint::Rate | SummingPoint::Angle)
     }
 
     fn configure(&self, _p: &[S], structure: &mut Structure<S>) {

@@ -154,6 +154,13 @@ pub enum Remark {
         /// The later ones.
         beside: Vec<String>,
     },
+    /// An effect would not be added to the others at the end of the search.
+    NotNeededAtEnd {
+        /// Its name.
+        effect: String,
+        /// The others.
+        beside: Vec<String>,
+    },
     /// A rival fits better in the place of an effect, beside later ones.
     Exchanged {
         /// The effect.

@@ -2,13 +2,13 @@
 //!
 //! In each step every effect is screened, the best are refitted and compared. An effect is added if its gain is significant over everything
 //! that was tried, if it improves BIC, if held-out rows and every single log agree, and if its parameters are physical. After each addition
-//! [`super::eliminate`] removes what is no longer needed. [`super::stop`] ends a search that makes no progress; what was only added in
+//! [`super::eliminate`] removes what is no longer needed, at the end also what would not be added to the others. [`super::stop`] ends a search that makes no progress; what was only added in
 //! place of something else is removed. A search that comes back to effects that it had, because of two each is unnecessary beside the other, ends
 //! there: its next steps would be the same.
 
 use super::adequacy::input_between_samples;
 use super::compare::adding_step;
-use super::eliminate::{eliminate, without_if_zero};
+use super::eliminate::{eliminate, eliminate_at_end, without_if_zero};
 use super::fitted_model::FittedModel;
 use super::reasons::Progress;
 use super::search_path::{Added, Search};
@@ -85,6 +85,7 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
             *last = less;
         }
     }
+    eliminate_at_end(&mut search)?;
     if let Some(kept) = stage_before_stand_ins(criteria, &search.chi2_per_n()) {
         search.keep(kept);
     }

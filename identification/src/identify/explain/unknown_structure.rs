@@ -1,10 +1,11 @@
 //! Structures that no effect of the catalogue has.
 //!
-//! Piecewise linear laws over every coordinate ([`super::piecewise_linear`]), and a torque or voltage that oscillates in time, are fitted
+//! Piecewise linear laws over every coordinate ([`super::piecewise_linear`]), of a torque, a voltage or the reading of a channel, and a torque or voltage that oscillates in time, are fitted
 //! like effects and compared by the same evidence. For the best of them expressions with few parameters are searched ([`super::symbolic`]), fitted and compared on
 //! held-out rows; the best can be pasted into the model file.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 use std::sync::Arc;
 
 use drive_model::Coordinate;
@@ -21,6 +22,7 @@ use super::piecewise_linear::PiecewiseLinear;
 use super::symbolic::{self, Proposal};
 use crate::identify::fit::build::{self, append_linear};
 use crate::identify::fit::normal_equations::{MAX_UNKNOWNS, linearize};
+use crate::identify::fit::parameters::Parameters;
 use crate::identify::fit::solve::Iterate;
 use crate::identify::fit::system::System;
 use crate::model::{Channel, Input, SummingPoint};
@@ -70,6 +72,9 @@ fn laws(base: &FittedModel) -> Vec<PiecewiseLinear> {
     if turns(data) >= criteria.min_turns {
         add(Coordinate::Theta, SummingPoint::Dry, (0.0, TAU), count);
         add(Coordinate::Theta, SummingPoint::Torque, (0.0, TAU), count);
+        if data.channels.iter().any(|c| c.channel == Channel::Angle) {
+            add(Coordinate::Theta, SummingPoint::Angle, (0.0, TAU), count);
+        }
     }
     let modelled = |channel: Channel| {
         let k = data.channels.iter().position(|c| c.channel == channel)?;
@@ -79,6 +84,7 @@ fn laws(base: &FittedModel) -> Vec<PiecewiseLinear> {
     let few = count.min(criteria.max_knots_rate);
     if let Some(range) = modelled(Channel::Rate) {
         add(Coordinate::Omega, SummingPoint::Torque, range, few);
+        add(Coordinate::Omega, SummingPoint::Rate, range, few);
     }
     if data.driven == Input::Voltage
         && let Some(range) = modelled(Channel::Current)
@@ -97,13 +103,20 @@ fn laws(base: &FittedModel) -> Vec<PiecewiseLinear> {
     list
 }
 
+/// Adds a law to the model; the positions of its heights. Increments do not show a constant error of the angle: its first height stays zero.
+fn append(system: &mut System, parameters: &mut Parameters, law: &PiecewiseLinear) -> Range<usize> {
+    let own = append_linear(system, parameters, NAME, Arc::new(law.clone()), law.count);
+    parameters.list[own.start].fixed = law.acts_on == SummingPoint::Angle;
+    own
+}
+
 /// Damping of the one step that predicts the decrease of χ².
 const SCORE_DAMPING: f64 = 1e-6;
 
 /// Decrease of χ² that the linear model predicts for a law.
 fn score(base: &FittedModel, law: &PiecewiseLinear) -> f64 {
     let (mut system, mut parameters) = (base.system.clone(), base.fit.parameters.clone());
-    append_linear(&mut system, &mut parameters, NAME, Arc::new(law.clone()), law.count);
+    append(&mut system, &mut parameters, law);
     let states = base.initial_states_for(&system, &parameters, &base.data);
     let equations = linearize(&system, &parameters, &base.data, &states).weighted(&states, &base.weights);
     equations.step(SCORE_DAMPING, &[]).map_or(0.0, |s| if s.predicted_decrease.is_finite() { s.predicted_decrease } else { 0.0 })
@@ -128,7 +141,7 @@ struct FittedLaw {
 
 fn fit_piecewise_linear(base: &FittedModel, law: PiecewiseLinear) -> Option<FittedLaw> {
     let (mut system, mut parameters) = (base.system.clone(), base.fit.parameters.clone());
-    let own = append_linear(&mut system, &mut parameters, NAME, Arc::new(law.clone()), law.count);
+    let own = append(&mut system, &mut parameters, &law);
     let states = base.initial_states_for(&system, &parameters, &base.data);
     let end = base.minimize(&system, &parameters, &base.data, &states, GOAL);
     let equations = end.normal_equations(&base.weights);

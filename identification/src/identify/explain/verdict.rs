@@ -53,7 +53,10 @@ fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
         if !found && last.misfit() <= MisfitClass::NoiseUncertainty {
             return (Verdict::Adequate, shapes);
         }
-        if let Adequacy::ColouredNoise(remarks) = adequacy(last) {
+        // Several effects beside coloured noise may be parts of one that no catalogue has: that the rest depends on nothing is weak evidence then.
+        if !(found && many)
+            && let Adequacy::ColouredNoise(remarks) = adequacy(last)
+        {
             search.remarks.extend(remarks);
             return (adequate, shapes);
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::angle_jumps::angle_jumps;
 use super::known_motion::{self, KnownMotion, MeasuredAngle};
 use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, held_out_rows};
-use super::voltage::{self, Known, VoltageCourse};
+use super::voltage::{self, InputTiming, Known, VoltageCourse};
 use drive_model::{Card, Requirement};
 
 use crate::deadline::Deadline;
@@ -148,6 +148,11 @@ pub enum PreparationNote {
         /// The column.
         column: &'static str,
     },
+    /// No note states when the input had its values; each is assumed to be that over the row before its own, which fits better.
+    AssumedOfRowBefore {
+        /// The column.
+        column: &'static str,
+    },
     /// The log has means over the row of a voltage; it is assumed to move within the rows, which fits better than a constant voltage.
     AssumedToMove {
         /// The column.
@@ -265,6 +270,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
             let age_is_known = channel == Channel::Rate && model.input() == Input::Motion && log.rate_age_s().is_some();
             let (mean_before_s, sample_interval_s) = match made.sample_interval_s {
                 Some(_) if age_is_known => (None, None),
+                None if log.notes().is_of_row_before(column) => (Some(log.median_dt_s()), None),
                 interval_s => (made.mean_before_s, interval_s),
             };
             ComparedChannel {
@@ -298,7 +304,23 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     }
     // A value that is held over its row is the mean over the row as well.
     let is_held = model.input() == Input::Voltage && log.notes().voltage_is_held();
-    let input_at_t = log.notes().is_at_t(input_column(model)) && model.input() != Input::Motion && !is_held;
+    let input_timing = match input_column(model) {
+        _ if model.input() == Input::Motion => InputTiming::OverRow,
+        column if log.notes().is_of_row_before(column) => InputTiming::OverRowBefore,
+        column if log.notes().is_at_t(column) && !is_held => InputTiming::AtT,
+        _ => InputTiming::OverRow,
+    };
+    let input = voltage::input(input, input_timing, &segments);
+    // Moments within the rows are those of the column's own rows.
+    let (values, known) = match input_timing {
+        InputTiming::AtT => (log.column(input_column(model)).unwrap_or(&[]), Known::Values),
+        _ => (&*input, Known::Moments),
+    };
+    let voltage_course = if input_timing == InputTiming::OverRowBefore {
+        None
+    } else {
+        VoltageCourse::expected(log, values, model.input(), known, &segments)
+    };
     let supply_ratio = model.effects().iter().any(|e| e.card.uses_supply).then(|| supply_ratio(log)).flatten();
     let connected = connected(log, model, &compared)?;
     let theta = log.column("theta_rad");
@@ -311,7 +333,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let t_s = log.own_times_s();
     let compares_sensor = model.input() == Input::Motion && compared.iter().any(|c| is_of_sensor(c.channel));
     let known_motion: Option<Arc<[KnownMotion]>> = compares_sensor.then(|| {
-        let angle = MeasuredAngle { t_s: &t_s, theta_rad: input, quantum_rad: theta_quantum, age_s: log.rate_age_s() };
+        let angle = MeasuredAngle { t_s: &t_s, theta_rad: &input, quantum_rad: theta_quantum, age_s: log.rate_age_s() };
         known_motion::along(&angle, &segments).into()
     });
     if let Some(motion) = known_motion.as_ref().filter(|_| compared.iter().any(|c| c.channel == Channel::Rate)) {
@@ -321,9 +343,9 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let data = PreparedLog {
         t_s,
         known_motion,
-        input: voltage::input(input, input_at_t, &segments),
-        voltage_course: VoltageCourse::expected(log, model.input(), if input_at_t { Known::Values } else { Known::Moments }, &segments),
-        input_at_t,
+        input,
+        voltage_course,
+        input_timing,
         driven: model.input(),
         axis: model.axis(),
         theta,

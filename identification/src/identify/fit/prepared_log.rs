@@ -11,7 +11,7 @@ use drive_rig::RowInput;
 use super::known_motion::KnownMotion;
 use super::predictor::Predictor;
 use super::voltage;
-use super::voltage::VoltageCourse;
+use super::voltage::{InputTiming, VoltageCourse};
 use crate::deadline::Deadline;
 use crate::log::{Axis, Log};
 use crate::model::{Channel, Input};
@@ -60,8 +60,8 @@ pub struct PreparedLog<'a> {
     pub input: Cow<'a, [f64]>,
     /// Course of the voltage within each row; `None`: constant.
     pub voltage_course: Option<VoltageCourse>,
-    /// The column of the input holds values at t; `input` is then the mean of two successive ones.
-    pub input_at_t: bool,
+    /// When the input had the values of its column, from which `input` is made.
+    pub input_timing: InputTiming,
     /// The motion that a sensor is compared with, by row; only for a prescribed motion with a rate or an angle among the outputs.
     pub known_motion: Option<Arc<[KnownMotion]>>,
     /// Kind of the input.
@@ -254,7 +254,7 @@ impl Preparation {
             t_s: Cow::Borrowed(&[]),
             input: Cow::Borrowed(&[]),
             voltage_course: data.voltage_course.clone(),
-            input_at_t: data.input_at_t,
+            input_timing: data.input_timing,
             known_motion: data.known_motion.clone(),
             driven: data.driven,
             axis: data.axis,
@@ -283,7 +283,7 @@ impl Preparation {
         let channels = self.0.channels.iter();
         PreparedLog {
             t_s: log.own_times_s(),
-            input: voltage::input(log.column(self.0.driven.column()).unwrap_or(&[]), self.0.input_at_t, &self.0.segments),
+            input: voltage::input(log.column(self.0.driven.column()).unwrap_or(&[]), self.0.input_timing, &self.0.segments),
             theta: self.0.theta.and_then(|_| log.column(Channel::Angle.column())),
             current: self.0.current.and_then(|_| column(Channel::Current)),
             channels: channels.map(|c| ComparedChannel { measured: column(c.channel).unwrap_or(&[]), ..c.clone() }).collect(),

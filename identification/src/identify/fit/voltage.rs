@@ -42,16 +42,30 @@ fn monotone_slope(u: &[f64], k: usize) -> f64 {
     (0.5 * (before + after)).clamp(-most, most)
 }
 
-/// The input over each row: the column itself, or the mean of the monotone cubic through its values where it holds values at t.
-pub fn input<'a>(column: &'a [f64], at_t: bool, segments: &[Range<usize>]) -> Cow<'a, [f64]> {
-    if !at_t {
+/// When the input had the values of its column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InputTiming {
+    /// Each is the mean over its row, from t to the next one.
+    OverRow,
+    /// Each is the value at the time t of its row.
+    AtT,
+    /// Each is the mean over the row before: a program that logs its last output with the readings that this output has led to.
+    OverRowBefore,
+}
+
+/// The mean of the input over each row: the column itself, the mean of the monotone cubic through its values at t, or the values of the next rows.
+pub fn input<'a>(column: &'a [f64], timing: InputTiming, segments: &[Range<usize>]) -> Cow<'a, [f64]> {
+    if timing == InputTiming::OverRow {
         return Cow::Borrowed(column);
     }
     let mut means = column.to_vec();
     for rows in segments {
         let u = &column[rows.clone()];
         for k in 0..u.len().saturating_sub(1) {
-            means[rows.start + k] = 0.5 * (u[k] + u[k + 1]) + (monotone_slope(u, k) - monotone_slope(u, k + 1)) / 12.0;
+            means[rows.start + k] = match timing {
+                InputTiming::AtT => 0.5 * (u[k] + u[k + 1]) + (monotone_slope(u, k) - monotone_slope(u, k + 1)) / 12.0,
+                _ => u[k + 1],
+            };
         }
     }
     Cow::Owned(means)
@@ -78,12 +92,11 @@ pub struct VoltageCourse {
 }
 
 impl VoltageCourse {
-    /// The expected course, with the means over the rows or values at t of the log's voltage. `None` where the log lacks what it is to be made of, or the input is no voltage.
-    pub fn expected(log: &Log, driven: Input, known: Known, segments: &[Range<usize>]) -> Option<Self> {
+    /// The expected course of a voltage: `voltage` has its means over the rows, or its values at t. `None` where the log lacks what it is to be made of, or the input is no voltage.
+    pub fn expected(log: &Log, voltage: &[f64], driven: Input, known: Known, segments: &[Range<usize>]) -> Option<Self> {
         if driven != Input::Voltage {
             return None;
         }
-        let voltage = log.column(driven.column())?;
         let moments = if known == Known::Moments { Some(log.column(VOLTAGE_SLOPE)?) } else { None };
         let mut course = vec![[0.0; 3]; voltage.len()];
         for rows in segments {
@@ -285,6 +298,14 @@ mod tests {
 
     fn by_expected_moments(means: &[f64], moments: &[f64], course: &mut [[f64; 3]]) {
         by_moments(means, moments, &walk_variance(moments, MOMENT_VARIANCE), course);
+    }
+
+    #[test]
+    fn value_of_a_row_acts_in_the_row_before_it_within_its_segment() {
+        let column = [1.0, 2.0, 3.0, 4.0, 5.0];
+        let before = input(&column, InputTiming::OverRowBefore, &[0..3, 3..5]);
+        assert_eq!(*before, [2.0, 3.0, 3.0, 5.0, 5.0]);
+        assert_eq!(*input(&column, InputTiming::OverRow, &[0..3, 3..5]), column);
     }
 
     /// Value of the course about the mean at the fraction x of the row.

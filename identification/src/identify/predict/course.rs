@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-use crate::identify::fit::voltage::Known;
+use crate::identify::fit::voltage::{InputTiming, Known};
 use crate::identify::fit::{self, FitResult, Iterate, PreparedLog, System};
 use crate::identify::recording_conventions::{Convention, MIN_GAIN, apply};
 use crate::log::Log;
@@ -60,7 +60,7 @@ pub fn course_covariance(system: &System, log: &Log, data: &PreparedLog, iterate
 
 /// The input was taken as its values at t, which no note states.
 fn hold_is_open(log: &Log, data: &PreparedLog) -> bool {
-    data.input_at_t && !log.notes().has_provenance(data.driven.column())
+    data.input_timing == InputTiming::AtT && !log.notes().has_provenance(data.driven.column())
 }
 
 /// Covariance of the free coordinates by the time for which a converter holds each value of the input. No note states that time: it is taken as even between 0, for which the model was fitted,

@@ -2,7 +2,7 @@
 //!
 //! A note about a column has the name of the column as key, with or without the unit (`omega`); commas separate its clauses. Understood
 //! are `encoder`, `gyro`; `magnitude`; for an angle `compared absolutely`; `mean over 4 ms before t`, `counts per 20 ms`, `newest sample of 1667 Hz before t`; `filter 100 Hz`; `at t`, `instant`; `mean over the row`; for `u_V`
-//! `asked`, `terminal`, `coasting`, `held`; for a quantization step `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per count`.
+//! `asked`, `terminal`, `coasting`, `held`; `over the row before t`; for a quantization step `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per count`.
 
 use std::f64::consts::TAU;
 
@@ -92,6 +92,16 @@ impl Notes {
         note_of(self, column).is_some()
     }
 
+    /// A note states when the column had its values. That a voltage is held does not: it may have been held over the row before.
+    pub fn states_timing(&self, column: &str) -> bool {
+        note_of(self, column).into_iter().flat_map(clauses).any(|clause| !is_held(clause) || is_of_row_before(clause))
+    }
+
+    /// Each value is the mean over the row before its own.
+    pub fn is_of_row_before(&self, column: &str) -> bool {
+        note_of(self, column).into_iter().flat_map(clauses).any(is_of_row_before)
+    }
+
     /// What `u_V` is.
     pub fn voltage(&self) -> VoltageSource {
         let stated = note_of(self, "u_V").into_iter().flat_map(clauses).find_map(voltage_of);
@@ -177,7 +187,7 @@ fn provenance(notes: &[(String, String)], column: &str) -> (Provenance, Vec<Stri
     let encoder = notes.iter().find(|(k, _)| k == "encoder").filter(|_| column == "omega_rad_s" && own.is_none());
     for clause in own.into_iter().flat_map(clauses) {
         let is_voltage = column == "u_V" && (voltage_of(clause).is_some() || is_coasting(clause) || is_held(clause));
-        if !is_voltage && !take_clause(&mut made, clause) {
+        if !is_voltage && !is_of_row_before(clause) && !take_clause(&mut made, clause) {
             unclear.push(clause.to_owned());
         }
     }
@@ -297,6 +307,10 @@ fn voltage_of(clause: &str) -> Option<VoltageSource> {
 
 fn is_coasting(clause: &str) -> bool {
     has_word(clause, &["coasts", "coasting"])
+}
+
+fn is_of_row_before(clause: &str) -> bool {
+    has_word(clause, &["row"]) && has_word(clause, &["before"])
 }
 
 fn is_held(clause: &str) -> bool {

@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::identify::fit::parameters::{DerivativeScalar, Dual};
+use crate::identify::fit::voltage::InputTiming;
 use crate::model::Input;
 
 const ROW_S: f64 = 0.02;
@@ -32,7 +33,7 @@ fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a>
         axis: Default::default(),
         input: (&[]).into(),
         voltage_course: None,
-        input_at_t: false,
+        input_timing: InputTiming::OverRow,
         driven: Input::Voltage,
         theta: None,
         theta_quantum: 0.0,
