@@ -227,8 +227,8 @@ mod tests {
         const GIVEN: &str =
             "[drive]\ninput = \"torque_N_m\"\neffects = [\"viscous\"]\n[parameters]\ninertia_kg_m2 = 1.1e-4\nviscous_N_m_s = 0.9e-4\n";
         let (log, criteria) = (log_with_a_load(), Criteria::default());
-        let rows = [0..log.len()];
-        let context = Context { log: &log, log_rows: &rows, criteria: &criteria };
+        let rows = 0..log.len();
+        let context = Context { log: &log, log_rows: std::slice::from_ref(&rows), criteria: &criteria };
         let model = Model::parse(GIVEN, "given.toml").expect("a model");
         let (data, _) = prepare::prepare(&log, &model, true).expect("a log of this model");
         let (given, _) = FittedModel::fit(context, &model, data, None).expect("a fit");
