@@ -3,6 +3,7 @@
 //! In: a fitted model whose residual exceeds the white noise of its channels. Out: whether the residual depends on anything that an effect could
 //! depend on. Tested are
 //!
+//! * the correlation time, of which the log must contain many, unless another sensor shows that the platform did not move so: a slower residual is not known to be independent of anything;
 //! * the coordinates: angle, rate, current, temperature, time, acceleration, history ([`residual::misfits`], against noise of the residual's own colour);
 //! * the past of the input: the innovations of the residual against the prewhitened input, N Σ r²(τ) ~ χ² (Söderström and Stoica, System
 //!   Identification, 1989, section 11.2);
@@ -15,9 +16,9 @@ use super::fitted_model::FittedModel;
 use super::likelihood::Whitener;
 use super::motion::turns;
 use super::reasons::Remark;
-use crate::identify::fit::PreparedLog;
 use crate::identify::fit::prepare::is_of_sensor;
 use crate::identify::fit::voltage::InputTiming;
+use crate::identify::fit::{ChannelFit, PreparedLog};
 use crate::identify::residual;
 use crate::log::RateSource;
 use crate::model::{Channel, Input};
@@ -39,6 +40,9 @@ pub fn adequacy(model: &FittedModel) -> Adequacy {
         return Adequacy::WhiteNoise;
     }
     let criteria = &model.context.criteria.adequacy;
+    if is_slow(model, criteria) {
+        return Adequacy::Dependent;
+    }
     let left = Remainder::of(model);
     if depends_on_input(model, &left, criteria)
         || channels_are_coherent(model, &left, criteria)
@@ -79,14 +83,31 @@ impl Remainder {
 
 /// A remark for each channel whose residual is above its white noise.
 pub fn coloured_noise(model: &FittedModel) -> Vec<Remark> {
-    let above = model.fit.channels.iter().filter(|c| model.context.criteria.noise.misfit(c.chi2_per_n()) > MisfitClass::Invisible);
-    above
+    above_white_noise(model)
         .map(|c| Remark::ColouredNoise {
             channel: c.channel,
             ratio: c.chi2_per_n().sqrt(),
             correlation_s: correlation_time_s(&c.residual, model.data.dt_s),
         })
         .collect()
+}
+
+/// A residual is correlated over so much of the log that no test can tell it from the motion, and no other sensor of the motion shows that the platform did not move so.
+fn is_slow(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
+    let data = &model.data;
+    let above: Vec<&ChannelFit> = above_white_noise(model).collect();
+    let is_of_motion = |channel: Channel| matches!(channel, Channel::Rate | Channel::Angle);
+    let motion_is_known = model.fit.channels.iter().any(|c| is_of_motion(c.channel) && above.iter().all(|a| a.channel != c.channel));
+    if motion_is_known || data.driven == Input::Motion {
+        return false;
+    }
+    let duration_s = data.len() as f64 * data.dt_s;
+    above.iter().any(|c| correlation_time_s(&c.residual, data.dt_s) * criteria.min_correlation_times > duration_s)
+}
+
+fn above_white_noise<'m>(model: &'m FittedModel) -> impl Iterator<Item = &'m ChannelFit> {
+    let noise = &model.context.criteria.noise;
+    model.fit.channels.iter().filter(|c| noise.misfit(c.chi2_per_n()) > MisfitClass::Invisible)
 }
 
 /// Where the input holds values at t, what it did between them is not known: two ways to fill the gap, the monotone cubic and the last value, leave

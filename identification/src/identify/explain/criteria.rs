@@ -533,6 +533,8 @@ pub struct AdequacyCriteria {
     pub harmonics: usize,
     /// Turns of that motion from which they are tested; default 1.5, as for the effects with a harmonic order.
     pub min_turns: f64,
+    /// Correlation times of coloured noise that the log must contain at least; default 30, as for `min_coherence_blocks`.
+    pub min_correlation_times: f64,
     /// Correlation of two channels' residuals from which a torque may move both; default 0.1.
     pub min_coherence: f64,
     /// Its standard errors; default 4, once in 16 000 independent pairs of series. Some ten are compared in a log.
@@ -550,6 +552,7 @@ impl Default for AdequacyCriteria {
             lags_of_increments: 10,
             harmonics: 4,
             min_turns: 1.5,
+            min_correlation_times: 30.0,
             min_coherence: 0.1,
             min_coherence_sigmas: 4.0,
             min_coherence_blocks: 30,

@@ -67,7 +67,7 @@ pub fn detection_limits(model: &FittedModel, tests: usize) -> Vec<DetectionLimit
         }
     }
     // Above the largest value that a drive can have, nothing can be excluded.
-    limits.retain(|l| l.size.is_finite() && l.size < l.card.parameters[l.parameter].range.1);
+    limits.retain(|l| l.size < l.card.parameters[l.parameter].range.1.min(LARGEST));
     limits
 }
 
@@ -168,6 +168,9 @@ fn standard_errors(model: &FittedModel, whitener: &Whitener, trials: &[Trial], b
     };
     batch.iter().zip(&appended).filter_map(|(&k, range)| Some((k, sigma(range)?))).filter(|(_, sigma)| sigma.is_finite()).collect()
 }
+
+/// Amplitude that no drive has, in the SI unit of its parameter. A log that is never slow has an amplitude for the friction of slow motion as well, of 1e100 N m.
+const LARGEST: f64 = 1e9;
 
 /// Relative increase of the diagonal of the information matrix, so that its factorisation exists.
 const RIDGE: f64 = 1e-12;
