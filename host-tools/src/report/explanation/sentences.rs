@@ -152,6 +152,15 @@ pub fn remark(axis: Axis, remark: &Remark) -> String {
             format!("Removed again: {}. The residual stays far above the noise, and their improvement is too small.", listed(effects))
         }
         Remark::NoLongerNeeded { effect, beside } => format!("{effect} was added first and is no longer needed beside {}.", listed(beside)),
+        Remark::NotFree { fixed, at_bounds } => {
+            let part = |names: &[String], why: &str| if names.is_empty() { None } else { Some(format!("{} ({why})", listed(names))) };
+            let parts: Vec<String> =
+                [part(fixed, "fixed in the model"), part(at_bounds, "at the end of the range")].into_iter().flatten().collect();
+            format!(
+                "Not free: {}. A wrong fixed value, or a value that the range keeps away, looks like a missing structure too.",
+                parts.join("; ")
+            )
+        }
         Remark::NotNeededAtEnd { effect, beside } => {
             format!("{effect} was added, but is not significant beside {}; it was removed.", listed(beside))
         }

@@ -50,10 +50,10 @@ pub fn headline(e: &Explanation) -> String {
                 })
                 .collect();
             let over = remaining_coordinates(e);
-            let over = if over.is_empty() {
-                "it has no significant shape over any coordinate of this log".to_owned()
-            } else {
-                format!("it is most visible over {}", listed(&over))
+            let over = match (&over[..], e.unexplained.is_empty()) {
+                ([], true) => "it has no significant shape over any coordinate of this log".to_owned(),
+                ([], false) => "its shape is given below".to_owned(),
+                _ => format!("it is most visible over {}", listed(&over)),
             };
             format!(
                 "Partly explained. Missing: {}. Something else is left ({above}): {over}, and no effect of the catalogue explains it.",
@@ -76,7 +76,7 @@ pub fn headline(e: &Explanation) -> String {
             };
             let above = if above.is_empty() { String::new() } else { format!(" ({above})") };
             let shape = if e.unexplained.is_empty() {
-                "It has no significant shape over any coordinate of this log; it may be intermittent or oscillatory."
+                "It has no significant shape over any coordinate of this log; it may be intermittent, oscillatory, or slow beside the log."
             } else {
                 "Its shape is given below."
             };

@@ -3,13 +3,16 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use drive_model::ParameterKind;
+
 use super::Context;
 use super::criteria::{MisfitClass, worst};
 use super::descent::{Goal, StopRule, max_noise_chi2, near_best};
 use super::likelihood::{WhitenedSums, Whitener};
+use super::reasons::Remark;
 use super::stiffness::limit_stiffness;
 use super::trial::Trial;
-use crate::identify::fit::parameters::Parameters;
+use crate::identify::fit::parameters::{Parameter, Parameters};
 use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::fit::solve::{self, Iterate};
 use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, short_windows};
@@ -203,6 +206,15 @@ impl<'a> FittedModel<'a> {
     /// Residuals by channel.
     pub fn residuals(&self) -> Vec<&[f64]> {
         self.fit.channels.iter().map(|c| c.residual.as_slice()).collect()
+    }
+
+    /// A remark on the parameters that were not fitted; `None` where all were.
+    pub fn not_free(&self) -> Option<Remark> {
+        let parameters = &self.fit.parameters;
+        let names = |of: &mut dyn Iterator<Item = &Parameter>| of.map(|p| p.name.clone()).collect::<Vec<_>>();
+        let fixed = names(&mut parameters.list.iter().filter(|p| p.fixed && p.kind != ParameterKind::HarmonicOrder));
+        let at_bounds = names(&mut parameters.at_bounds().into_iter().map(|k| &parameters.list[k]));
+        (!fixed.is_empty() || !at_bounds.is_empty()).then_some(Remark::NotFree { fixed, at_bounds })
     }
 
     /// Number of free parameters.

@@ -245,6 +245,9 @@ pub fn explain_until(
         search.remarks.extend(by_prediction_errors.then_some(Remark::ByPredictionErrors));
         search.remarks.extend(last.fit.rests_on_course.then_some(Remark::RestsOnCourse));
     }
+    if let (Verdict::UnknownStructure, Some(last)) = (verdict, search.models.last()) {
+        search.remarks.extend(last.not_free());
+    }
     // As the log was recorded, which the search may have found.
     let (given_data, given) = search.models.first().map_or((given_data, given), |first| (first.data.clone(), first.fit.clone()));
     let (misfits, preparation) = (residual::misfits(&log, &given_data, &given), Preparation::of(&given_data));

@@ -154,6 +154,13 @@ pub enum Remark {
         /// The later ones.
         beside: Vec<String>,
     },
+    /// Parameters that the last model did not fit, although it leaves a structure: a wrong fixed value looks like one too.
+    NotFree {
+        /// Those that the model file fixes.
+        fixed: Vec<String>,
+        /// Those at the end of their range.
+        at_bounds: Vec<String>,
+    },
     /// An effect would not be added to the others at the end of the search.
     NotNeededAtEnd {
         /// Its name.
