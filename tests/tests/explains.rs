@@ -79,6 +79,14 @@ fn bad_lines_of_the_encoder_are_an_error_of_its_reading() {
     assert!(Model::parse(&pasted, "pasted").is_ok(), "the expression can be pasted into the model:\n{pasted}");
 }
 
+/// A sector of 13° is too narrow for a function that can be drawn; it is no noise nevertheless.
+#[test]
+fn narrow_error_of_the_encoder_is_no_noise() {
+    let drawn = Drawn::by_name("outsiders/bad-lines/voltage/multisine/1").expect("a log of the table");
+    let e = answer(vec![drawn.log()], &drawn.user_model());
+    assert_eq!((e.verdict, e.missing.len()), (Verdict::UnknownStructure, 0), "{:?}", e.missing);
+}
+
 #[test]
 fn own_null_log_is_adequate() {
     for (mode, seed) in [(Mode::Voltage, 3), (Mode::Rate, 4)] {

@@ -8,8 +8,11 @@
 //! * the past of the input: the innovations of the residual against the prewhitened input, N Σ r²(τ) ~ χ² (Söderström and Stoica, System
 //!   Identification, 1989, section 11.2);
 //! * the other channels, fast and slow: a torque that the model lacks moves rate, angle and current together, noise of one sensor does not;
+//! * for the angle: the place within the turn, for errors of its reading that are narrower than the coordinates show;
 //! * for a rate sensor against a known motion: powers of the rate, the acceleration, and harmonics of the turn with and without the rate as a factor. The innovations
 //!   against these quantities through the same filter, as generalised least squares weighs them.
+
+use std::f64::consts::TAU;
 
 use super::criteria::{AdequacyCriteria, MisfitClass};
 use super::fitted_model::FittedModel;
@@ -47,6 +50,7 @@ pub fn adequacy(model: &FittedModel) -> Adequacy {
     if depends_on_input(model, &left, criteria)
         || channels_are_coherent(model, &left, criteria)
         || depends_on_known_motion(model, &left, criteria)
+        || angle_reading_depends_on_angle(model, &left, criteria)
     {
         return Adequacy::Dependent;
     }
@@ -186,14 +190,53 @@ fn depends_on_known_motion(model: &FittedModel, left: &Remainder, criteria: &Ade
     let theta = centred(&data.input);
     families.push([1, 2].map(|exponent| theta.iter().zip(&omega).map(|(theta, omega)| theta.powi(exponent) * omega).collect()));
     families.extend((1..=harmonics).flat_map(|order| [wave(order, false), wave(order, true)]));
-    let tests = families.len() as f64;
-    families.into_iter().any(|family| {
-        let whitened = family.each_ref().map(|x| left.whitener.innovations(data, c, &centred(x)));
-        let (statistic, _) = projection(&innovations, &whitened);
-        let (_, fraction) = projection(&left.residuals[c], &family.map(|x| centred(&x)));
-        let noise_fraction = fraction * model.fit.channels[c].chi2_per_n();
-        chi_squared_tail(statistic, 2.0) * tests < criteria.max_familywise_p && noise_fraction > criteria.min_input_fraction
-    })
+    let tests = families.len();
+    families.into_iter().any(|family| explains_residual(model, left, (c, &innovations), family, tests))
+}
+
+/// Places around the turn at which an error of the angle reading is sought, tents of 10° width.
+const PLACES: usize = 72;
+
+/// The residual of the angle has a part that is the same whenever the platform passes a place of the turn, as that of a bad line of the encoder. A torque over the angle is among the misfits, and harmonics are, but a narrow
+/// error has little of each.
+fn angle_reading_depends_on_angle(model: &FittedModel, left: &Remainder, criteria: &AdequacyCriteria) -> bool {
+    let data = &model.data;
+    let (Some(c), Some(theta)) = (data.channels.iter().position(|c| c.channel == Channel::Angle), data.theta) else { return false };
+    if data.driven == Input::Motion || turns(data) < criteria.min_turns {
+        return false;
+    }
+    let lag = data.angle_lag();
+    let tent = |place: usize| {
+        let height = |row: usize| {
+            let away = (theta[row] / TAU * PLACES as f64 - place as f64).rem_euclid(PLACES as f64);
+            (1.0 - away.min(PLACES as f64 - away)).max(0.0)
+        };
+        let mut increments = vec![f64::NAN; theta.len()];
+        for rows in &data.segments {
+            for row in rows.clone().skip(lag) {
+                increments[row] = height(row) - height(row - lag);
+            }
+        }
+        increments
+    };
+    let innovations = left.innovations(data, c);
+    (0..PLACES).step_by(2).any(|place| explains_residual(model, left, (c, &innovations), [tent(place), tent(place + 1)], PLACES / 2))
+}
+
+/// Two series explain a significant part of the residual of a channel, one pair of `tests`. The innovations of the residual are compared with the series through the same filter.
+fn explains_residual(
+    model: &FittedModel,
+    left: &Remainder,
+    (channel, innovations): (usize, &[f64]),
+    pair: [Vec<f64>; 2],
+    tests: usize,
+) -> bool {
+    let criteria = &model.context.criteria.adequacy;
+    let whitened = pair.each_ref().map(|x| left.whitener.innovations(&model.data, channel, &centred(x)));
+    let (statistic, _) = projection(innovations, &whitened);
+    let (_, fraction) = projection(&left.residuals[channel], &pair.map(|x| centred(&x)));
+    let noise_fraction = fraction * model.fit.channels[channel].chi2_per_n();
+    chi_squared_tail(statistic, 2.0) * (tests as f64) < criteria.max_familywise_p && noise_fraction > criteria.min_input_fraction
 }
 
 /// A series less the mean of its finite values.
