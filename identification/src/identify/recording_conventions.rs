@@ -31,16 +31,9 @@ pub enum Convention {
 }
 
 impl Convention {
-    /// All of them.
+    /// All of them, in the order in which they are tried.
     pub const ALL: [Convention; 5] =
         [Convention::InputAtT, Convention::InputOfRowBefore, Convention::InputMoves, Convention::CurrentAtT, Convention::RateOverLastRow];
-    /// Those that are tried together, of which the best is taken, in the order in which they are tried.
-    const ALTERNATIVES: [&'static [Convention]; 4] = [
-        &[Convention::InputAtT, Convention::InputOfRowBefore],
-        &[Convention::InputMoves],
-        &[Convention::CurrentAtT],
-        &[Convention::RateOverLastRow],
-    ];
 }
 
 /// A fit of the data, by the first argument; from the result of another fit, where there is one.
@@ -51,8 +44,22 @@ pub type FitData<'f> = dyn Fn(&PreparedLog, Option<&FitResult>) -> Result<FitRes
 pub struct Recording {
     /// The conventions that are assumed.
     pub conventions: Vec<Convention>,
-    /// Notes on these, and on outliers.
+    /// Notes on these, in their order, then on outliers.
     pub notes: Vec<PreparationNote>,
+}
+
+impl Recording {
+    /// Adds a convention. Values of the row before take the place of values at t.
+    pub fn assume(&mut self, convention: Convention, note: PreparationNote) {
+        if convention == Convention::InputOfRowBefore
+            && let Some(at) = self.conventions.iter().position(|c| *c == Convention::InputAtT)
+        {
+            self.conventions.remove(at);
+            self.notes.remove(at);
+        }
+        self.conventions.push(convention);
+        self.notes.push(note);
+    }
 }
 
 /// Fits the data, with outliers excluded and the conventions that no note states tried. `data` is changed accordingly.
@@ -63,23 +70,18 @@ pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Resu
     let mut recording = Recording::default();
     let mut result = fit(data, None)?;
     result = without_outliers(data, result, fit)?;
-    for alternatives in Convention::ALTERNATIVES {
+    for convention in Convention::ALL {
         if result.leaves_noise_only() || data.deadline.has_passed() {
             break;
         }
-        let tried = alternatives.iter().filter_map(|convention| {
-            let mut other = data.clone();
-            let note = apply(*convention, log, &mut other)?;
-            let trial = fit(&other, Some(&result)).ok()?;
-            Some((gain(&result, &trial), *convention, note, other, trial))
-        });
-        let Some((gain, convention, note, other, trial)) = tried.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        let mut other = data.clone();
+        let Some(note) = apply(convention, log, &mut other) else { continue };
+        let Ok(trial) = fit(&other, Some(&result)) else { continue };
         let values: usize = result.channels.iter().map(|c| c.rows).sum();
-        if gain > (MIN_GAIN_PER_VALUE * values as f64).max(MIN_GAIN) {
+        if gain(&result, &trial) > (MIN_GAIN_PER_VALUE * values as f64).max(MIN_GAIN) {
             *data = other;
             result = without_outliers(data, trial, fit)?;
-            recording.conventions.push(convention);
-            recording.notes.push(note);
+            recording.assume(convention, note);
         }
     }
     recording.notes.extend(outlier_notes(data));
@@ -131,30 +133,29 @@ pub fn gain(before: &FitResult, after: &FitResult) -> f64 {
         .sum()
 }
 
-/// The values of the input, where neither a note nor a moment within the rows states when it had them.
+/// The values of the input, where neither a note nor its course within the rows states when it had them.
 fn input_of_unknown_timing<'l>(log: &'l Log, data: &PreparedLog) -> Option<&'l [f64]> {
     let column = data.driven.column();
-    let is_known = data.input_timing != InputTiming::OverRow
-        || data.voltage_course.is_some()
-        || data.driven == Input::Motion
-        || log.notes().states_timing(column);
-    if is_known { None } else { log.column(column) }
+    let course_is_known = data.voltage_course.as_ref().is_some_and(|course| course.known != Known::Values);
+    if course_is_known || data.driven == Input::Motion || log.notes().states_timing(column) { None } else { log.column(column) }
 }
 
 /// Applies a convention that no note contradicts; `None` where it does not apply.
 pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Option<PreparationNote> {
     match convention {
         Convention::InputAtT => {
-            let values = input_of_unknown_timing(log, data).filter(|_| !log.notes().voltage_is_held())?;
+            let is_open = data.input_timing == InputTiming::OverRow && !log.notes().voltage_is_held();
+            let values = input_of_unknown_timing(log, data).filter(|_| is_open)?;
             data.input_timing = InputTiming::AtT;
             data.input = voltage::input(values, data.input_timing, &data.segments).into_owned().into();
             data.voltage_course = VoltageCourse::expected(log, values, data.driven, Known::Values, &data.segments);
             Some(PreparationNote::AssumedAtT { column: data.driven.column() })
         }
         Convention::InputOfRowBefore => {
-            let values = input_of_unknown_timing(log, data)?;
+            let values = input_of_unknown_timing(log, data).filter(|_| data.input_timing != InputTiming::OverRowBefore)?;
             data.input_timing = InputTiming::OverRowBefore;
             data.input = voltage::input(values, data.input_timing, &data.segments).into_owned().into();
+            data.voltage_course = None;
             Some(PreparationNote::AssumedOfRowBefore { column: data.driven.column() })
         }
         Convention::InputMoves => {

@@ -12,6 +12,7 @@
 //! * for a rate sensor against a known motion: powers of the rate, the acceleration, and harmonics of the turn with and without the rate as a factor. The innovations
 //!   against these quantities through the same filter, as generalised least squares weighs them.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 use super::criteria::{AdequacyCriteria, MisfitClass};
@@ -20,7 +21,7 @@ use super::likelihood::Whitener;
 use super::motion::turns;
 use super::reasons::Remark;
 use crate::identify::fit::prepare::is_of_sensor;
-use crate::identify::fit::voltage::InputTiming;
+use crate::identify::fit::voltage::{self, InputTiming};
 use crate::identify::fit::{ChannelFit, PreparedLog};
 use crate::identify::residual;
 use crate::log::RateSource;
@@ -115,12 +116,18 @@ fn above_white_noise<'m>(model: &'m FittedModel) -> impl Iterator<Item = &'m Cha
 }
 
 /// Where the input holds values at t, what it did between them is not known: two ways to fill the gap, the monotone cubic and the last value, leave
-/// different residuals. A misfit below that difference in every channel says nothing about the drive.
+/// different residuals. A misfit below that difference in every channel says nothing about the drive. The same holds where values of the row before are assumed and no note states them: they may be values at t, of which a loop makes the next one by what the drive did in between.
 pub fn input_between_samples(model: &FittedModel) -> Option<Remark> {
     let data = &model.data;
     let log = model.context.log;
-    let held = log.column(data.driven.column()).filter(|_| data.input_timing == InputTiming::AtT)?;
-    let error: Vec<f64> = data.input.iter().zip(held).map(|(mean, held)| mean - held).collect();
+    let column = data.driven.column();
+    let values = log.column(column)?;
+    let other = match data.input_timing {
+        InputTiming::AtT => Cow::Borrowed(values),
+        InputTiming::OverRowBefore if !log.notes().is_of_row_before(column) => voltage::input(values, InputTiming::AtT, &data.segments),
+        _ => return None,
+    };
+    let error: Vec<f64> = data.input.iter().zip(&*other).map(|(mean, other)| mean - other).collect();
     let excess = residual::excess_of_input_error(log, data, &model.fit, &error)?;
     let white = model.context.criteria.noise.invisible;
     let within = model.fit.channels.iter().zip(&excess).all(|(c, excess)| c.chi2_per_n() <= white + excess);

@@ -75,8 +75,7 @@ fn convention_instead<'a>(found: &Search<'a>, recording: &Recording, data: &Prep
     let (_, convention) = earlier.iter().find_map(best_for)?;
     let (model, note) = given.recorded_by(convention)?;
     let mut other = recording.clone();
-    other.conventions.push(convention);
-    other.notes.push(note);
+    other.assume(convention, note);
     Some((model, other))
 }
 

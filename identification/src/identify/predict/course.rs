@@ -58,13 +58,13 @@ pub fn course_covariance(system: &System, log: &Log, data: &PreparedLog, iterate
     Some(iterate.parameters.full_covariance(&by_course(system, &open, iterate, weights)?))
 }
 
-/// The input was taken as its values at t, which no note states.
+/// The input was taken as its values at t or those of the row before, which no note states.
 fn hold_is_open(log: &Log, data: &PreparedLog) -> bool {
-    data.input_timing == InputTiming::AtT && !log.notes().has_provenance(data.driven.column())
+    data.input_timing != InputTiming::OverRow && !log.notes().states_timing(data.driven.column())
 }
 
 /// Covariance of the free coordinates by the time for which a converter holds each value of the input. No note states that time: it is taken as even between 0, for which the model was fitted,
-/// and a row. The input then comes later by up to half a row.
+/// and a row. The input then comes later by up to half a row, or by up to a row where values of the row before were assumed.
 fn by_hold(system: &System, log: &Log, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
     let mut held_values = data.clone();
     held_values.input = log.column(data.driven.column())?.into();
