@@ -5,8 +5,8 @@ use crate::log::LogWarning;
 /// A warning in one sentence, without its full stop.
 pub fn log_warning(warning: &LogWarning) -> String {
     match warning {
-        LogWarning::Imported { columns, import_file } => {
-            format!("read as {} states: {}", import_file.display(), columns.join(", "))
+        LogWarning::Imported { statements, import_file } => {
+            format!("read as {} states: {}", import_file.display(), statements.join(", "))
         }
         LogWarning::InLog { log, warning } => format!("{log}: {}", log_warning(warning)),
         LogWarning::RowsLeftOut { rows, column, first } => {

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 pub enum LogWarning {
     /// A file of another program was read by its import file.
     Imported {
-        /// Each used column in words.
-        columns: Vec<String>,
+        /// Each used column, and each note, in words.
+        statements: Vec<String>,
         /// The import file.
         import_file: PathBuf,
     },

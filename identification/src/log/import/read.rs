@@ -89,7 +89,11 @@ pub(super) fn contents(
         Some(unit) => format!("{target} from “{}” in {}", column.name, unit.text),
         None => format!("{target} from “{}”", column.name),
     });
-    warnings.insert(0, LogWarning::Imported { columns: described.collect(), import_file: file_of(path) });
+    let noted = mapping.notes.iter().map(|(key, text)| match text.trim() {
+        "" => format!("no note “{key}”"),
+        text => format!("the note “{key}: {text}”"),
+    });
+    warnings.insert(0, LogWarning::Imported { statements: described.chain(noted).collect(), import_file: file_of(path) });
     Ok(FileContents { columns, ignored, notes, warnings, runs })
 }
 
