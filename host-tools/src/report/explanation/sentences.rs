@@ -153,7 +153,10 @@ pub fn remark(axis: Axis, remark: &Remark) -> String {
         }
         Remark::NoLongerNeeded { effect, beside } => format!("{effect} was added first and is no longer needed beside {}.", listed(beside)),
         Remark::NotFree { fixed, at_bounds } => {
-            let part = |names: &[String], why: &str| if names.is_empty() { None } else { Some(format!("{} ({why})", listed(names))) };
+            let part = |names: &[String], why: &str| {
+                let names: Vec<String> = names.iter().map(|name| axis.parameter(name)).collect();
+                (!names.is_empty()).then(|| format!("{} ({why})", listed(&names)))
+            };
             let parts: Vec<String> =
                 [part(fixed, "fixed in the model"), part(at_bounds, "at the end of the range")].into_iter().flatten().collect();
             format!(

@@ -388,10 +388,7 @@ fn correlation_time_s(residual: &[f64], dt_s: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identify::explain::{Context, Criteria};
-    use crate::identify::fit::prepare;
-    use crate::log::{Column, Log};
-    use crate::model::Model;
+    use crate::identify::explain::test_rotor::with_fit;
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
@@ -407,29 +404,9 @@ mod tests {
             .collect()
     }
 
-    /// What the true model leaves of the rate of a rotor under steps of the torque, in 1200 rows of 10 ms, if `torque` is hidden and `error` is that of the sensor.
+    /// What the true model leaves if `torque` is hidden and `error` is that of the sensor.
     fn left_of(torque: &[f64], error: &[f64]) -> Adequacy {
-        const MODEL: &str =
-            "[drive]\ninput = \"torque_N_m\"\neffects = [\"viscous\"]\n[parameters]\ninertia_kg_m2 = 1.1e-4\nviscous_N_m_s = 0.9e-4\n";
-        let (inertia, viscous, dt_s) = (1e-4, 1e-4, 0.01);
-        let mut omega = 0.0;
-        let mut columns = [const { Vec::new() }; 3];
-        for (k, (hidden, error)) in torque.iter().zip(error).enumerate() {
-            let known = if (k / 70 + k / 110) % 2 == 0 { 2e-3 } else { -1e-3 };
-            for (column, value) in columns.iter_mut().zip([k as f64 * dt_s, known, omega + error]) {
-                column.push(value);
-            }
-            let end = (known + hidden) / viscous;
-            omega = end + (omega - end) * f64::exp(-viscous / inertia * dt_s);
-        }
-        let columns = ["t_s", "torque_N_m", "omega_rad_s"].into_iter().zip(columns);
-        let columns = columns.map(|(name, values)| Column { name: name.to_owned(), values }).collect();
-        let log = Log::new("rotor.csv", columns, Vec::new()).expect("a log");
-        let (criteria, rows) = (Criteria::default(), 0..log.len());
-        let context = Context { log: &log, log_rows: std::slice::from_ref(&rows), criteria: &criteria };
-        let model = Model::parse(MODEL, "rotor.toml").expect("a model");
-        let (data, _) = prepare::prepare(&log, &model, true).expect("a log of this model");
-        adequacy(&FittedModel::fit(context, &model, data, None).expect("a fit").0)
+        with_fit(torque.iter().copied().zip(error.iter().copied()), |fitted| adequacy(&fitted))
     }
 
     #[test]

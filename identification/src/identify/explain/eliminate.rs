@@ -83,6 +83,7 @@ pub fn eliminate<'a>(search: &mut Search<'a>) -> Result<(), FitError> {
 pub fn eliminate_at_end(search: &mut Search) -> Result<(), FitError> {
     while search.added.len() > 1
         && let Some(last) = search.models.last()
+        && !last.data.deadline.has_passed()
     {
         let evidence = &last.context.criteria.evidence;
         let mut least: Option<(f64, usize, FittedModel)> = None;
@@ -198,55 +199,29 @@ fn copy_effect(from: &Model, to: &mut Model, name: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identify::explain::{Context, Criteria};
-    use crate::identify::fit::prepare;
-    use crate::log::{Column, Log};
+    use crate::identify::explain::test_rotor::with_fit;
     use crate::model::Input;
-
-    /// Rates of a rotor under steps of the torque, with a load and an error of ±0.05 rad/s, in rows of 10 ms.
-    fn log_with_a_load() -> Log {
-        let (inertia, viscous, load, dt_s) = (1e-4, 1e-4, -3e-4, 0.01);
-        let mut omega = 0.0;
-        let mut columns = [const { Vec::new() }; 3];
-        for k in 0..1200 {
-            let error = 0.05 * ((f64::from(k) * 12.989_8).sin() * 43_758.545_3).fract();
-            let torque = if (k / 70 + k / 110) % 2 == 0 { 2e-3 } else { -1e-3 };
-            for (column, value) in columns.iter_mut().zip([f64::from(k) * dt_s, torque, omega + error]) {
-                column.push(value);
-            }
-            let end = (torque + load) / viscous;
-            omega = end + (omega - end) * (-viscous / inertia * dt_s).exp();
-        }
-        let columns = ["t_s", "torque_N_m", "omega_rad_s"].into_iter().zip(columns);
-        let columns = columns.map(|(name, values)| Column { name: name.to_owned(), values }).collect();
-        Log::new("load.csv", columns, Vec::new()).expect("a log")
-    }
 
     #[test]
     fn only_the_needed_effect_is_left_at_the_end() {
-        const GIVEN: &str =
-            "[drive]\ninput = \"torque_N_m\"\neffects = [\"viscous\"]\n[parameters]\ninertia_kg_m2 = 1.1e-4\nviscous_N_m_s = 0.9e-4\n";
-        let (log, criteria) = (log_with_a_load(), Criteria::default());
-        let rows = 0..log.len();
-        let context = Context { log: &log, log_rows: std::slice::from_ref(&rows), criteria: &criteria };
-        let model = Model::parse(GIVEN, "given.toml").expect("a model");
-        let (data, _) = prepare::prepare(&log, &model, true).expect("a log of this model");
-        let (given, _) = FittedModel::fit(context, &model, data, None).expect("a fit");
-        let mut search =
-            Search { models: vec![given], added: Vec::new(), candidates: Vec::new(), remarks: Vec::new(), tests: 1000, doubt: None };
-        for name in ["quadratic-drag", "load", "load-step"] {
-            let before = search.models.last().expect("a model");
-            let mut model = before.model.clone();
-            model.add(name).expect("an effect");
-            let next = before.refit(&model, before.data.clone()).expect("a fit");
-            search.models.push(next);
-            search.added.push(Added { name: name.to_owned(), rivals: Vec::new() });
-        }
-        eliminate_at_end(&mut search).expect("fits");
-        assert_eq!(search.names(0), ["load"]);
-        assert_eq!(search.models.len(), 2);
-        let removed = search.remarks.iter().filter(|r| matches!(r, Remark::NotNeededAtEnd { .. })).count();
-        assert_eq!(removed, 2, "{:?}", search.remarks);
+        let error = |k: u32| 0.05 * ((f64::from(k) * 12.989_8).sin() * 43_758.545_3).fract();
+        with_fit((0..1200).map(|k| (-3e-4, error(k))), |given| {
+            let mut search =
+                Search { models: vec![given], added: Vec::new(), candidates: Vec::new(), remarks: Vec::new(), tests: 1000, doubt: None };
+            for name in ["quadratic-drag", "load", "load-step"] {
+                let before = search.models.last().expect("a model");
+                let mut model = before.model.clone();
+                model.add(name).expect("an effect");
+                let next = before.refit(&model, before.data.clone()).expect("a fit");
+                search.models.push(next);
+                search.added.push(Added { name: name.to_owned(), rivals: Vec::new() });
+            }
+            eliminate_at_end(&mut search).expect("fits");
+            assert_eq!(search.names(0), ["load"]);
+            assert_eq!(search.models.len(), 2);
+            let removed = search.remarks.iter().filter(|r| matches!(r, Remark::NotNeededAtEnd { .. })).count();
+            assert_eq!(removed, 2, "{:?}", search.remarks);
+        });
     }
 
     #[test]

@@ -48,6 +48,8 @@ mod search_path;
 mod stiffness;
 mod stop;
 mod symbolic;
+#[cfg(test)]
+mod test_rotor;
 mod trial;
 mod trials;
 mod unknown_structure;
