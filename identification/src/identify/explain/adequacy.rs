@@ -204,8 +204,7 @@ fn depends_on_known_motion(model: &FittedModel, left: &Remainder, criteria: &Ade
 /// Places around the turn at which an error of the angle reading is sought, tents of 10° width.
 const PLACES: usize = 72;
 
-/// The residual of the angle has a part that is the same whenever the platform passes a place of the turn, as that of a bad line of the encoder. A torque over the angle is among the misfits, and harmonics are, but a narrow
-/// error has little of each.
+/// The residual of the angle has a part that is the same at each passage of a place within the turn, as bad lines of the encoder leave it. A narrow error has little of each harmonic, so that the coordinates do not show it.
 fn angle_reading_depends_on_angle(model: &FittedModel, left: &Remainder, criteria: &AdequacyCriteria) -> bool {
     let data = &model.data;
     let (Some(c), Some(theta)) = (data.channels.iter().position(|c| c.channel == Channel::Angle), data.theta) else { return false };
@@ -230,7 +229,7 @@ fn angle_reading_depends_on_angle(model: &FittedModel, left: &Remainder, criteri
     (0..PLACES).step_by(2).any(|place| explains_residual(model, left, (c, &innovations), [tent(place), tent(place + 1)], PLACES / 2))
 }
 
-/// Two series explain a significant part of the residual of a channel, one pair of `tests`. The innovations of the residual are compared with the series through the same filter.
+/// Two series explain a significant part of the residual of a channel, where `tests` such pairs are tried. The innovations of the residual are compared with the series through the same filter.
 fn explains_residual(
     model: &FittedModel,
     left: &Remainder,
@@ -404,9 +403,10 @@ mod tests {
             .collect()
     }
 
-    /// What the true model leaves if `torque` is hidden and `error` is that of the sensor.
-    fn left_of(torque: &[f64], error: &[f64]) -> Adequacy {
-        with_fit(torque.iter().copied().zip(error.iter().copied()), |fitted| adequacy(&fitted))
+    /// What the true model leaves, and whether that is slow, if `torque` is hidden and `error` is that of the sensor.
+    fn left_of(torque: &[f64], error: &[f64]) -> (Adequacy, bool) {
+        let rows = torque.iter().copied().zip(error.iter().copied());
+        with_fit(rows, |fitted| (adequacy(&fitted), is_slow(&fitted, &AdequacyCriteria::default())))
     }
 
     #[test]
@@ -415,17 +415,19 @@ mod tests {
         let scaled = |series: Vec<f64>, by: f64| series.into_iter().map(|v| by * v).collect::<Vec<f64>>();
         let white = scaled(coloured(&mut draw, 1200, 0.0), 0.05);
         let slow = scaled(coloured(&mut draw, 1200, 0.997), 3e-5);
-        assert!(matches!(left_of(&slow, &white), Adequacy::Dependent), "a torque that wanders over seconds");
+        assert!(matches!(left_of(&slow, &white), (Adequacy::Dependent, true)), "a torque that wanders over seconds");
         let fast: Vec<f64> = scaled(coloured(&mut draw, 1200, 0.8), 0.1).iter().zip(&white).map(|(a, b)| a + b).collect();
-        assert!(matches!(left_of(&[0.0; 1200], &fast), Adequacy::ColouredNoise(_)), "noise over 50 ms");
+        assert!(matches!(left_of(&[0.0; 1200], &fast), (Adequacy::ColouredNoise(_), false)), "noise over 50 ms");
     }
 
     #[test]
     fn slow_motion_below_the_noise_of_two_sensors_is_coherent() {
         let mut draw = Xoshiro256PlusPlus::seed_from_u64(1);
         let motion = coloured(&mut draw, 1500, 0.975);
-        let sensor = |draw: &mut Xoshiro256PlusPlus| coloured(draw, 1500, 0.0).into_iter().zip(&motion).map(|(n, m)| 3.0 * n + m).collect();
-        let (a, b) = (sensor(&mut draw), sensor(&mut draw));
+        let mut sensor = || coloured(&mut draw, 1500, 0.0).into_iter().zip(&motion).map(|(n, m)| 3.0 * n + m).collect::<Vec<f64>>();
+        let (a, b) = (sensor(), sensor());
+        let values_alone = AdequacyCriteria { min_coherence_blocks: 1000, ..AdequacyCriteria::default() };
+        assert!(!series_are_coherent(a.clone(), b.clone(), &values_alone), "only means over several values show it");
         assert!(series_are_coherent(a, b, &AdequacyCriteria::default()));
     }
 

@@ -310,16 +310,11 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         column if log.notes().is_at_t(column) && !is_held => InputTiming::AtT,
         _ => InputTiming::OverRow,
     };
-    let input = voltage::input(input, input_timing, &segments);
-    // Moments within the rows are those of the column's own rows.
-    let (values, known) = match input_timing {
-        InputTiming::AtT => (log.column(input_column(model)).unwrap_or(&[]), Known::Values),
-        _ => (&*input, Known::Moments),
-    };
-    let voltage_course = if input_timing == InputTiming::OverRowBefore {
-        None
-    } else {
-        VoltageCourse::expected(log, values, model.input(), known, &segments)
+    let voltage_course = match input_timing {
+        InputTiming::AtT => VoltageCourse::expected(log, input, model.input(), Known::Values, &segments),
+        InputTiming::OverRow => VoltageCourse::expected(log, input, model.input(), Known::Moments, &segments),
+        // The moments of a log are those within the column's own rows.
+        InputTiming::OverRowBefore => None,
     };
     let supply_ratio = model.effects().iter().any(|e| e.card.uses_supply).then(|| supply_ratio(log)).flatten();
     let connected = connected(log, model, &compared)?;
@@ -333,7 +328,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let t_s = log.own_times_s();
     let compares_sensor = model.input() == Input::Motion && compared.iter().any(|c| is_of_sensor(c.channel));
     let known_motion: Option<Arc<[KnownMotion]>> = compares_sensor.then(|| {
-        let angle = MeasuredAngle { t_s: &t_s, theta_rad: &input, quantum_rad: theta_quantum, age_s: log.rate_age_s() };
+        let angle = MeasuredAngle { t_s: &t_s, theta_rad: input, quantum_rad: theta_quantum, age_s: log.rate_age_s() };
         known_motion::along(&angle, &segments).into()
     });
     if let Some(motion) = known_motion.as_ref().filter(|_| compared.iter().any(|c| c.channel == Channel::Rate)) {
@@ -343,7 +338,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let data = PreparedLog {
         t_s,
         known_motion,
-        input,
+        input: voltage::input(input, input_timing, &segments),
         voltage_course,
         input_timing,
         driven: model.input(),
