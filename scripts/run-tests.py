@@ -5,7 +5,8 @@
 each with one test at a time. Programs that wait for a serial line, a socket or a page in real time run alone, after the others. A failure does not
 stop the rest.
 
-Usage: scripts/run-tests.py [ARGUMENT...]; the arguments are those of the test programs, as after `cargo test --`.
+Usage: scripts/run-tests.py [--release] [--no-run | ARGUMENT...]; the arguments are those of the test programs, as after `cargo test --`. `--no-run` only builds them,
+and the programs of the workspace with them.
 """
 
 import json
@@ -21,10 +22,13 @@ ALONE = {
     "reliability", "serial_line", "settings_command", "shell_command", "sim_long", "tcp_line",
 }  # fmt: skip
 
+# They take minutes and begin first, so that no processor waits for one of them at the end.
+LONG = ["explains", "lab_course", "prediction_error", "dirty_logs", "options", "drift_covered", "drives"]
 
-def test_programs():
+
+def test_programs(profile):
     """Name, path and package folder of each test program, after they are built."""
-    build = ["cargo", "test", "--workspace", "--no-run", "--message-format=json-render-diagnostics"]
+    build = ["cargo", "test", *profile, "--workspace", "--no-run", "--message-format=json-render-diagnostics"]
     built = subprocess.run(build, stdout=subprocess.PIPE, text=True)
     if built.returncode:
         sys.exit(built.returncode)  # cargo has said why
@@ -46,13 +50,17 @@ def passes(program, arguments):
 
 def main():
     arguments = sys.argv[1:]
-    programs = list(test_programs())
-    computing = [p for p in programs if p[0] not in ALONE]
+    profile = ["--release"] if "--release" in arguments else []
+    arguments = [a for a in arguments if a != "--release"]
+    programs = list(test_programs(profile))
+    if arguments == ["--no-run"]:
+        return
+    computing = sorted((p for p in programs if p[0] not in ALONE), key=lambda p: LONG.index(p[0]) if p[0] in LONG else len(LONG))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         runs = {pool.submit(passes, program, [*arguments, "--test-threads=1"]): program for program in computing}
         failed = [runs[run] for run in as_completed(runs) if not run.result()]
     failed += [program for program in programs if program[0] in ALONE and not passes(program, arguments)]
-    documentation = subprocess.run(["cargo", "test", "--workspace", "--doc", "--", *arguments])
+    documentation = subprocess.run(["cargo", "test", *profile, "--workspace", "--doc", "--", *arguments])
     if failed:
         print("\nfailed: " + ", ".join(f"{name} in {os.path.basename(folder)}" for name, _, folder in failed))
     sys.exit(1 if failed or documentation.returncode else 0)
