@@ -503,6 +503,9 @@ pub struct VerdictCriteria {
     pub max_misfit_of_many: MisfitClass,
     /// Smallest excess χ²/n by which is divided; default 1e-3.
     pub min_excess: f64,
+    /// Part of the measured motion below which an effect is called small; default 1e-3. Errors of readings, times and models that no catalogue has are seldom
+    /// smaller on a bench, and one of them may look like the effect.
+    pub small_part: f64,
 }
 
 impl Default for VerdictCriteria {
@@ -513,6 +516,7 @@ impl Default for VerdictCriteria {
             suspicious_effects: 3,
             max_misfit_of_many: MisfitClass::Small,
             min_excess: 1e-3,
+            small_part: 1e-3,
         }
     }
 }

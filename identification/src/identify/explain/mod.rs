@@ -247,6 +247,10 @@ pub fn explain_until(
         search.remarks.extend(by_prediction_errors.then_some(Remark::ByPredictionErrors));
         search.remarks.extend(last.fit.rests_on_course.then_some(Remark::RestsOnCourse));
     }
+    if verdict == Verdict::EffectFound {
+        let small = search.small_parts();
+        search.remarks.extend(small);
+    }
     if let (Verdict::UnknownStructure, Some(last)) = (verdict, search.models.last()) {
         search.remarks.extend(last.not_free());
     }

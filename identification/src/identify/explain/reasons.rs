@@ -168,6 +168,13 @@ pub enum Remark {
         /// The others.
         beside: Vec<String>,
     },
+    /// An effect is a small part of what was measured: an error of the model or of the readings that no catalogue has may look like it.
+    SmallPart {
+        /// Its name.
+        effect: String,
+        /// Rms that it explains over the standard deviation of the measured values, in the channel where that is largest.
+        part: f64,
+    },
     /// A rival fits better in the place of an effect, beside later ones.
     Exchanged {
         /// The effect.

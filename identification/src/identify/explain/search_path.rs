@@ -6,6 +6,7 @@ use super::fitted_model::FittedModel;
 use super::likelihood::delta_bic;
 use super::reasons::Remark;
 use super::trial::Trial;
+use crate::identify::fit::channel_fit::spread;
 
 /// The search from the given model to the last.
 pub struct Search<'a> {
@@ -55,6 +56,17 @@ impl Search<'_> {
         self.models.truncate(count + 1);
     }
 
+    /// Remarks on the added effects that are a small part of what was measured.
+    pub fn small_parts(&self) -> Vec<Remark> {
+        let added = self.models.windows(2).zip(&self.added);
+        let small = added.filter_map(|(models, added)| {
+            let part = explained_part(&models[0], &models[1]);
+            let is_small = part < models[1].context.criteria.verdict.small_part;
+            is_small.then(|| Remark::SmallPart { effect: added.name.clone(), part })
+        });
+        small.collect()
+    }
+
     /// The stages for the answer.
     pub fn stages(&self) -> Vec<Stage> {
         let Some(last) = self.models.last() else { return Vec::new() };
@@ -69,6 +81,16 @@ pub fn bic_difference(first: &FittedModel, last: &FittedModel) -> f64 {
     let (before, after) = (first.whitened_sums(&whitener), last.whitened_sums(&whitener));
     let more = last.free_parameters() as f64 - first.free_parameters() as f64;
     delta_bic(before.gain(&after), more, before.effective_samples())
+}
+
+/// Rms by which the residual of `after` is smaller than that of `before`, over the standard deviation of the measured values, in the channel where that is
+/// largest.
+fn explained_part(before: &FittedModel, after: &FittedModel) -> f64 {
+    let part = |index: usize| {
+        let rms = |of: &FittedModel| of.fit.channels[index].rms;
+        (rms(before).powi(2) - rms(after).powi(2)).max(0.0).sqrt() / spread(&after.data, index)
+    };
+    (0..after.fit.channels.len()).map(part).filter(|part| part.is_finite()).fold(0.0, f64::max)
 }
 
 /// A model as a stage of the answer, relative to the noise that the `last` one found.
@@ -90,5 +112,29 @@ fn stage(model: &FittedModel, last: &FittedModel, added: Option<String>) -> Stag
             .collect(),
         parameters: free.map(|(p, sigma)| Estimate { name: p.name.clone(), unit: unit(&p.name), value: p.value, sigma: *sigma }).collect(),
         rests_on_course: fit.rests_on_course,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::explain::test_rotor::with_fit;
+
+    /// Steps of 1 and 2 mN m; the hidden torque is 0.15 and 0.0003 of them, and the sensor is better than either.
+    #[test]
+    fn effect_below_a_thousandth_of_the_motion_is_called_small() {
+        let error = |k: u32| 1e-4 * ((f64::from(k) * 12.989_8).sin() * 43_758.545_3).fract();
+        for (hidden, part) in [(-3e-4, 0.05..0.5), (-6e-7, 1e-4..1e-3)] {
+            with_fit((0..1200).map(|k| (hidden, error(k))), |given| {
+                let mut model = given.model.clone();
+                model.add("load").expect("an effect");
+                let with_load = given.refit(&model, given.data.clone()).expect("a fit");
+                assert!(part.contains(&explained_part(&given, &with_load)), "{}", explained_part(&given, &with_load));
+                let added = vec![Added { name: "load".to_owned(), rivals: Vec::new() }];
+                let models = vec![given, with_load];
+                let search = Search { models, added, candidates: Vec::new(), remarks: Vec::new(), tests: 1000, doubt: None };
+                assert_eq!(search.small_parts().len(), usize::from(hidden > -1e-6));
+            });
+        }
     }
 }

@@ -47,12 +47,7 @@ impl ChannelFit {
                 .fold((0.0, 0usize), |(s, n), (_, r)| (s + r * r, n + 1));
             (n > 0).then(|| (sum / n as f64).sqrt())
         };
-        let mut targets = Vec::with_capacity(residual.len());
-        for rows in &data.segments {
-            targets.extend(rows.clone().filter_map(|row| data.target(index, row, rows.start)));
-        }
-        let mean = targets.iter().sum::<f64>() / targets.len().max(1) as f64;
-        let spread = (targets.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / targets.len().max(1) as f64).sqrt();
+        let spread = spread(data, index);
         let compared = compared(&residual);
         let rms_of_all = (compared.iter().map(|r| r * r).sum::<f64>() / compared.len().max(1) as f64).sqrt();
         let channel = data.channels[index].channel;
@@ -103,6 +98,15 @@ impl ChannelFit {
         let correlation = if differencing_rows > 0 { 1.0 } else { self.slow_variance() };
         NoiseColour { differencing_rows, inflation: misfit * correlation }
     }
+}
+
+/// Standard deviation of the measured values of channel `index`, in the unit of the channel.
+pub fn spread(data: &PreparedLog, index: usize) -> f64 {
+    let targets: Vec<f64> =
+        data.segments.iter().flat_map(|rows| rows.clone().filter_map(|row| data.target(index, row, rows.start))).collect();
+    let n = targets.len().max(1) as f64;
+    let mean = targets.iter().sum::<f64>() / n;
+    (targets.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
 
 /// The residuals of the compared rows.
