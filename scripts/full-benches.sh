@@ -70,14 +70,10 @@ declare -A pieces=(
     [image-level-s]="image_at_level s"
     [chip-telemetry]="STAND_TELEMETRY_S=600 cargo test -q -p chip-sim --test streams telemetry_loses -- --include-ignored --nocapture"
 )
-# 300 logs of each kind of imperfection, without and with a hidden effect; 300 of each outsider in 50 pieces. A log with coloured noise takes ten times as long.
-for kind in jitter outliers slow-instant slow-mean; do
-    pieces[dirt-$kind]="confusion dirt $kind 300 9001"
-    pieces[effects-$kind]="confusion dirty-own $kind 312 9001"
-done
-for k in 1 2 3; do
-    pieces[dirt-coloured-$k]="confusion dirt coloured 100 $((8901 + 100 * k))"
-    pieces[effects-coloured-$k]="confusion dirty-own coloured 117 $((8901 + 100 * k))"
+# 300 logs of each kind of imperfection, without and with a hidden effect; 300 of each outsider.
+for kind in jitter outliers coloured slow-instant slow-mean; do
+    for k in $(seq 0 5); do pieces[dirt-$kind-$k]="confusion dirt $kind 50 $((9001 + 50 * k))"; done
+    for k in $(seq 0 23); do pieces[effects-$kind-$(printf %02d "$k")]="confusion dirty-own $kind 13 9001 $((13 * k))"; done
 done
 for k in $(seq 50); do
     pieces[outsiders-$(printf %02d "$k")]="confusion outsiders 1 $k"

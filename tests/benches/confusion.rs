@@ -1,7 +1,8 @@
 //! How often `explain` names the hidden effect, and the effects named instead.
 //!
 //! `cargo bench -p stand-tests --bench confusion -- foreign | own [N] [SEED] | several [N] [SEED] | nulls [N] [SEED] | outsiders [N] [SEED]`
-//! `… -- dirt KIND [N] [SEED]` (nulls with an imperfection), `… -- dirty-own KIND [N] [SEED]` (effects with it), `… -- logs [KIND] ID…` (these logs)
+//! `… -- dirt KIND [N] [SEED]` (nulls with an imperfection), `… -- dirty-own KIND [N] [SEED] [FROM]` (effects with it, FROM how many are left out before),
+//! `… -- logs [KIND] ID…` (these logs)
 //!
 //! The word `prediction-error` at the end chooses that engine. N is the number of logs; for `own` and `outsiders`, of seeds for each effect, experiment and mode. `own EFFECT` and `outsiders KIND` run that one alone. `write
 //! ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV; `pooled CSV…` prints
@@ -64,7 +65,7 @@ fn main() -> ExitCode {
                 // Neighbours differ by experiment, and so do the rounds of an effect.
                 let n = all.len() as u64;
                 let one = |k: u64| format!("own/{}/{}", all[(k % n) as usize], experiment(k % n + k / n, first));
-                (0..number(0, 100)).map(one).collect()
+                (number(2, 0)..number(2, 0) + number(0, 100)).map(one).collect()
             };
             let lines = run_dirty(&Campaign { group: format!("{group}-{}", dirt.name()), ..campaign }, &ids, dirt);
             if group == "dirt" {
