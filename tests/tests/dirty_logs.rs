@@ -73,6 +73,13 @@ fn what_the_voltage_may_do_within_slow_rows_is_no_effect() {
     assert!(ripple.p_value < 1e-3, "against the noise alone: {}", ripple.p_value);
 }
 
+/// Coulomb and viscous friction that drift in opposite directions: together they are more significant than each, and together the voltage within the rows moves them.
+#[test]
+fn two_amplitudes_together_do_not_imitate_the_voltage_within_slow_rows() {
+    let e = answer("known/rate/sweep/9635", Dirt::SlowMean);
+    assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{:?}", e.missing);
+}
+
 /// A small effect imitates what the voltage does within the rows, which no note tells: cogging in a null; beside a load step a torque ripple of 0.16 %.
 #[test]
 fn no_effect_imitates_the_voltage_within_slow_rows() {

@@ -110,6 +110,11 @@ fn values_after(trial: &Trial, score: &Score, fraction: f64) -> Vec<f64> {
     score.values.iter().enumerate().map(|(k, value)| if grows(k) { fraction * value } else { *value }).collect()
 }
 
+/// χ² over the number of values.
+pub fn chi2_per_value(base: &FittedModel, chi2: f64) -> f64 {
+    chi2 / (base.data.len() * base.data.channels.len()) as f64
+}
+
 impl FittedCandidate {
     /// A trial at the end of its descent; `None` where the model cannot be simulated there.
     fn at(base: &FittedModel, trial: Trial, system: System, own: Range<usize>, end: Iterate) -> Option<Self> {
@@ -117,8 +122,7 @@ impl FittedCandidate {
         if !equations.cost.is_finite() {
             return None;
         }
-        let rows = base.data.len() * base.data.channels.len();
-        let excess = (equations.cost / rows as f64).max(1.0);
+        let excess = chi2_per_value(base, equations.cost).max(1.0);
         let covariance = equations.profiled().0.try_inverse().map(|c| c * excess);
         let sigmas = covariance.map_or_else(|| vec![0.0; end.parameters.list.len()], |c| end.parameters.sigmas(&c));
         // An order, and the time of a jump.

@@ -126,13 +126,14 @@ impl AddingStep<'_> {
         alike.min_by_key(|&k| position(self.candidates[k].trial.card))
     }
 
-    /// As [`AddingStep::choice`]. A candidate whose gain is not significant beside the open course of the voltage ([`gain_beside_course`]) is refused, and the next one is chosen.
+    /// As [`AddingStep::choice`]. A candidate whose gain is not significant beside the open course of the voltage ([`gain_beside_course`]), or too small where only noise is left, is
+    /// refused, and the next one is chosen.
     pub fn choice_beside_open_course(&mut self, base: &FittedModel) -> Option<usize> {
         while let Some(chosen) = self.choice() {
             let f = &self.candidates[chosen];
             let gain = gain_beside_course(base, f, self.effective_samples);
             let ln_p = familywise_ln_p(gain, f.extra_parameters, self.tests);
-            if self.criteria.is_significant(ln_p, f.delta_bic + f.gain - gain) {
+            if gain >= base.min_gain() && self.criteria.is_significant(ln_p, f.delta_bic + f.gain - gain) {
                 return Some(chosen);
             }
             self.candidates[chosen].refused = Some(Refusal::CourseOpen { gain: f.gain, gain_beside_course: gain });

@@ -10,7 +10,7 @@ use drive_model::{Card, HarmonicSource, ParameterKind};
 use nalgebra::{Cholesky, DMatrix};
 use rayon::prelude::*;
 
-use super::criteria::{DetectionCriteria, MisfitClass};
+use super::criteria::DetectionCriteria;
 use super::fitted_model::FittedModel;
 use super::harmonics::periods::Periods;
 use super::harmonics::{HarmonicOrders, visible_orders};
@@ -76,8 +76,7 @@ fn min_gain(model: &FittedModel, tests: usize, free: usize, effective_samples: f
     let evidence = &model.context.criteria.evidence;
     let by_bic = free as f64 * effective_samples.max(1.0).ln() + evidence.min_bic_difference;
     let by_chance = critical_gain(tests, free, evidence.max_familywise_p);
-    let at_noise = if model.misfit() <= MisfitClass::Invisible { evidence.min_gain_at_noise } else { 0.0 };
-    by_bic.max(by_chance).max(at_noise)
+    by_bic.max(by_chance).max(model.min_gain())
 }
 
 /// One amplitude is screened, or the amplitude and the phase of a periodic effect, and the effect is absent at the trial's values.

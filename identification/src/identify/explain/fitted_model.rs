@@ -188,6 +188,11 @@ impl<'a> FittedModel<'a> {
         self.context.criteria.noise.misfit(self.chi2_per_n())
     }
 
+    /// Gain that an effect needs beside this model: where only noise is left, a small one may be an error of the simulation.
+    pub fn min_gain(&self) -> f64 {
+        if self.misfit() <= MisfitClass::Invisible { self.context.criteria.evidence.min_gain_at_noise } else { 0.0 }
+    }
+
     /// χ²/n of the worst channel relative to the noise that `other` found, on the fitted and on the held-out rows. The residual of a wrong
     /// model overestimates the noise.
     pub fn chi2_per_n_by_noise_of(&self, other: &FittedModel) -> (f64, f64) {

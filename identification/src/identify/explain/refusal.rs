@@ -77,8 +77,9 @@ fn no_gain(base: &FittedModel, candidate: &FittedCandidate, without: &WhitenedSu
     if small && !candidate.trial.acts_in_few_rows() && without.holds_rows_out() && heldout_gain < criteria.min_confirmed_fraction * gain {
         return Some(Refusal::NotConfirmed { gain, heldout_gain });
     }
-    if base.misfit() <= MisfitClass::Invisible && gain < criteria.min_gain_at_noise {
-        return Some(Refusal::OnlyNoiseLeft { gain, min_gain: criteria.min_gain_at_noise });
+    let min_gain = base.min_gain();
+    if gain < min_gain {
+        return Some(Refusal::OnlyNoiseLeft { gain, min_gain });
     }
     None
 }
