@@ -5,10 +5,11 @@
 each with one test at a time. Programs that wait for a serial line, a socket or a page in real time run alone, after the others. A failure does not
 stop the rest.
 
-Usage: scripts/run-tests.py [--release] [--no-run | ARGUMENT...]; the arguments are those of the test programs, as after `cargo test --`. `--no-run` only builds them,
-and the programs of the workspace with them.
+Usage: scripts/run-tests.py [--release] [--no-run | ARGUMENT...]; the arguments are those of the test programs, as after `cargo test --`. `--release` builds with that
+profile. `--no-run` builds the tests and `stand`, and runs nothing.
 """
 
+import argparse
 import json
 import os
 import subprocess
@@ -49,11 +50,16 @@ def passes(program, arguments):
 
 
 def main():
-    arguments = sys.argv[1:]
-    profile = ["--release"] if "--release" in arguments else []
-    arguments = [a for a in arguments if a != "--release"]
+    options = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    options.add_argument("--release", action="store_true")
+    options.add_argument("--no-run", action="store_true")
+    own, arguments = options.parse_known_args()
+    if own.no_run and arguments:
+        print(f"run-tests.py: --no-run takes no arguments of test programs: {' '.join(arguments)}", file=sys.stderr)
+        sys.exit(2)
+    profile = ["--release"] if own.release else []
     programs = list(test_programs(profile))
-    if arguments == ["--no-run"]:
+    if own.no_run:
         return
     computing = sorted((p for p in programs if p[0] not in ALONE), key=lambda p: LONG.index(p[0]) if p[0] in LONG else len(LONG))
     with ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -168,8 +168,8 @@ pub fn remark(axis: Axis, remark: &Remark) -> String {
             format!("{effect} was added, but is not significant beside {}; it was removed.", listed(beside))
         }
         Remark::SmallPart { effect, part } => format!(
-            "{effect} is small: {} of the measured motion in the channel that shows it most (rms). It is significant, but an error of the readings or of the model that is not in the catalogue may look the same at this size. Repeat the log with another excitation before you rely on the name.",
-            format_args!("{} %", numbers::significant(100.0 * part, 1))
+            "{effect} is small: {} % of the measured motion in the channel that shows it most (rms). It is significant, but an error of the readings or of the model that is not in the catalogue may look the same at this size. Repeat the log with another excitation before you rely on the name.",
+            numbers::significant(100.0 * part, 1)
         ),
         Remark::Exchanged { effect, by, beside } => {
             format!("{effect} was added first; beside {} {by} fits better in its place.", listed(beside))

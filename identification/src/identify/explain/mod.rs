@@ -239,6 +239,11 @@ pub fn explain_until(
     let shifted = constants::shifted(model, &base.fit);
     let (given_data, given) = (base.data.clone(), base.fit.clone());
     let Outcome { mut search, verdict, unexplained, recorded } = start.explain(context, model, progress)?;
+    // Between the minima of the free runs, before the last one is replaced.
+    if verdict == Verdict::EffectFound {
+        let small = search.small_parts();
+        search.remarks.extend(small);
+    }
     if matches!(verdict, Verdict::Adequate | Verdict::EffectFound)
         && let Some(last) = search.models.last_mut()
     {
@@ -246,10 +251,6 @@ pub fn explain_until(
         last.replace_fit(found);
         search.remarks.extend(by_prediction_errors.then_some(Remark::ByPredictionErrors));
         search.remarks.extend(last.fit.rests_on_course.then_some(Remark::RestsOnCourse));
-    }
-    if verdict == Verdict::EffectFound {
-        let small = search.small_parts();
-        search.remarks.extend(small);
     }
     if let (Verdict::UnknownStructure, Some(last)) = (verdict, search.models.last()) {
         search.remarks.extend(last.not_free());
