@@ -3,7 +3,7 @@
 
 use host_tools::deadline::Deadline;
 use host_tools::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
-use host_tools::identify::explain::{Explanation, Verdict, explain};
+use host_tools::identify::explain::{Explanation, Remark, Verdict, explain};
 use host_tools::identify::fit::FitResult;
 use host_tools::log::{Column, Log};
 use host_tools::model::Model;
@@ -164,6 +164,11 @@ fn bridge_that_coasts_is_described_by_its_note() {
 fn bridge_that_coasts_without_its_note_is_not_adequate() {
     let e = explained(coasting(&[("omega_rad_s", "tachometer")]), &model("u_V", FRICTION, ""));
     assert!(matches!(e.verdict, Verdict::UnknownStructure | Verdict::PartlyExplained), "{:?} {:?}", e.verdict, e.missing);
+    assert!(!e.remarks.iter().any(|r| matches!(r, Remark::MayCoast { .. })), "{:?}", e.remarks);
+    // Where the supply is known, the bridge is asked for.
+    let e = explained(coasting(&[("omega_rad_s", "tachometer"), ("supply_nominal_V", "12")]), &model("u_V", FRICTION, ""));
+    assert!(matches!(e.verdict, Verdict::UnknownStructure | Verdict::PartlyExplained), "{:?} {:?}", e.verdict, e.missing);
+    assert!(e.remarks.iter().any(|r| matches!(r, Remark::MayCoast { decrease } if *decrease > 3.0)), "{:?}", e.remarks);
 }
 
 #[test]

@@ -11,9 +11,14 @@ use crate::log::Log;
 use crate::model::{Channel, Input};
 
 /// Least gain, 2 ln of the likelihood ratio, for a convention that differs from that of the project, per compared value: the rms falls by 1 %.
-pub const MIN_GAIN_PER_VALUE: f64 = 0.02;
+const MIN_GAIN_PER_VALUE: f64 = 0.02;
 /// The same at least, whatever the number of values.
 pub const MIN_GAIN: f64 = 20.0;
+
+/// Least gain for a convention that differs from that of the project, in so many compared values.
+pub fn min_gain(values: f64) -> f64 {
+    (MIN_GAIN_PER_VALUE * values).max(MIN_GAIN)
+}
 
 /// A convention that differs from that of the project.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,7 +83,7 @@ pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Resu
         let Some(note) = apply(convention, log, &mut other) else { continue };
         let Ok(trial) = fit(&other, Some(&result)) else { continue };
         let values: usize = result.channels.iter().map(|c| c.rows).sum();
-        if gain(&result, &trial) > (MIN_GAIN_PER_VALUE * values as f64).max(MIN_GAIN) {
+        if gain(&result, &trial) > min_gain(values as f64) {
             *data = other;
             result = without_outliers(data, trial, fit)?;
             recording.assume(convention, note);

@@ -164,6 +164,10 @@ pub fn remark(axis: Axis, remark: &Remark) -> String {
                 parts.join("; ")
             )
         }
+        Remark::MayCoast { decrease } => format!(
+            "With a bridge that coasts in the off time of its PWM the given model would fit better: the residual falls by a factor of {} (rms, mean over the channels). If the bridge does so, state it: --note u_V=coasting.",
+            numbers::significant(*decrease, 2)
+        ),
         Remark::NotNeededAtEnd { effect, beside } => {
             format!("{effect} was added, but is not significant beside {}; it was removed.", listed(beside))
         }

@@ -5,9 +5,13 @@
 //! The square root of the gain of one amplitude is a normal variable of mean a/σ and variance s², so that a = σ (√gain + z s) exceeds it with the probability of z
 //! (power of a likelihood ratio test: Kay, Fundamentals of Statistical Signal Processing II, 1998, chapter 6). For white noise s = 1. The autoregression that
 //! whitens the residual does not describe noise that is slow beside its order: s² is the largest factor by which such noise exceeds white noise in a channel.
+//! Where the course of the voltage within the rows is open, the search judges the gain with that course as a second error ([`super::open_course`]): σ² is then larger by the
+//! ratio of the variance by noise and course to that by the noise.
+
+use std::borrow::Cow;
 
 use drive_model::{Card, HarmonicSource, ParameterKind};
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 use super::criteria::DetectionCriteria;
@@ -19,7 +23,9 @@ use super::score::batches;
 use super::screen::critical_gain;
 use super::trial::Trial;
 use super::trials::{self, Starts};
-use crate::identify::fit::{build, differencing_rows};
+use crate::identify::fit::simulate::run;
+use crate::identify::fit::{PreparedLog, build, differencing_rows};
+use crate::identify::predict::{covariance_of, drawn_courses, with_course};
 use crate::statistics::Extremes;
 
 /// The smallest amplitude of an effect that the logs would have shown.
@@ -45,9 +51,18 @@ pub fn detection_limits(model: &FittedModel, tests: usize) -> Vec<DetectionLimit
     let direct = model.fit.channels.iter().enumerate().filter(|(k, _)| differencing_rows(&model.data, *k) == 0);
     let slow = direct.map(|(_, c)| c.slow_variance()).max_or_zero().max(1.0).sqrt();
     let effective_samples = model.whitened_sums(&whitener).effective_samples();
-    let found: Vec<(usize, f64)> = batches(model, &trials)
+    let batches = batches(model, &trials);
+    let readings: Vec<Readings> = [None, Some(false), Some(true)]
+        .into_iter()
+        .filter_map(|derived| trials.iter().find(|t| t.rate_from_encoder == derived))
+        .map(|trial| Readings::of(model, trial))
+        .collect();
+    let found: Vec<(usize, f64)> = batches
         .par_iter()
-        .flat_map_iter(|batch| standard_errors(model, &whitener, &trials, batch))
+        .flat_map_iter(|batch| {
+            let of_batch = readings.iter().find(|r| r.rate_from_encoder == trials[batch[0]].rate_from_encoder);
+            of_batch.map_or_else(Vec::new, |readings| standard_errors(model, &whitener, &trials, (batch, readings)))
+        })
         .map(|(k, sigma)| {
             let free = trials[k].screened.iter().filter(|s| **s).count();
             (k, sigma * (min_gain(model, tests, free, effective_samples).sqrt() + criteria.power_sigmas * slow))
@@ -133,39 +148,124 @@ fn values_to_try(model: &FittedModel, criteria: &DetectionCriteria) -> Starts {
     Starts { orders, periods: Periods::new(per_turn, frequencies_Hz, 0), jumps_s }
 }
 
+/// What the logs can contain beside the model and the noise.
+struct Readings<'m, 'l> {
+    /// As in the trials for which they are read.
+    rate_from_encoder: Option<bool>,
+    data: Cow<'m, PreparedLog<'l>>,
+    /// Changes of the readings by other courses of the voltage within the rows, each by channel and row; none where the course is known.
+    by_courses: Vec<Vec<Vec<f64>>>,
+}
+
+impl<'m, 'l> Readings<'m, 'l> {
+    fn of(model: &'m FittedModel<'l>, trial: &Trial) -> Self {
+        let data = model.data_for(trial);
+        let open = with_course(model.context.log, &data).map(Cow::into_owned);
+        let rate_from_encoder = trial.rate_from_encoder;
+        let Some((open, drawn)) = open.and_then(|open| drawn_courses(&open).map(|drawn| (open, drawn))) else {
+            return Readings { rate_from_encoder, data, by_courses: Vec::new() };
+        };
+        let expected = modelled(model, &open);
+        let change = |drawn: &PreparedLog| -> Vec<Vec<f64>> {
+            let differences = |(drawn, expected): (&Vec<f64>, &Vec<f64>)| drawn.iter().zip(expected).map(|(d, e)| d - e).collect();
+            modelled(model, drawn).iter().zip(&expected).map(differences).collect()
+        };
+        let by_courses = drawn.par_iter().map(change).collect();
+        Readings { rate_from_encoder, data: Cow::Owned(open), by_courses }
+    }
+}
+
+/// Values of the model by channel and row; NaN where there is none.
+fn modelled(model: &FittedModel, data: &PreparedLog) -> Vec<Vec<f64>> {
+    let parameters = &model.fit.parameters;
+    let states = model.initial_states_for(&model.system, parameters, data);
+    let rig = model.system.rig::<f64>(parameters, data.driven);
+    let mut values = vec![vec![f64::NAN; data.len()]; data.channels.len()];
+    for (segment, of_segment) in states.values.iter().enumerate() {
+        run(&rig, data, segment, (&states.kinds, of_segment), 0, &mut |channel, row, value: &f64| {
+            values[channel][row] = *value;
+            true
+        });
+    }
+    values
+}
+
 /// Standard error of the amplitude of each trial of a batch, alone beside the model; that of a periodic effect at its least favourable phase.
-fn standard_errors(model: &FittedModel, whitener: &Whitener, trials: &[Trial], batch: &[usize]) -> Vec<(usize, f64)> {
-    let data = model.data_for(&trials[batch[0]]);
+fn standard_errors(
+    model: &FittedModel,
+    whitener: &Whitener,
+    trials: &[Trial],
+    (batch, readings): (&[usize], &Readings),
+) -> Vec<(usize, f64)> {
+    let data = &readings.data;
     let (mut system, mut parameters) = (model.system.clone(), model.fit.parameters.clone());
     let own = model.free_parameters();
     let appended: Vec<_> = batch
         .iter()
         .map(|&k| build::append(&mut system, &mut parameters, trials[k].card, &trials[k].values, &trials[k].screened))
         .collect();
-    let states = model.initial_states_for(&system, &parameters, &data);
-    let information = whitener.information(&system, &parameters, &states, &data, model.context.log_rows);
+    let states = model.initial_states_for(&system, &parameters, data);
     let free = parameters.free();
-    let base: Vec<usize> = (0..own).chain(free.len()..information.nrows()).collect();
-    let pick = |rows: &[usize], columns: &[usize]| DMatrix::from_fn(rows.len(), columns.len(), |i, j| information[(rows[i], columns[j])]);
-    let mut of_model = pick(&base, &base);
-    for k in 0..base.len() {
-        let d = of_model[(k, k)];
-        of_model[(k, k)] = if d > 0.0 { d * (1.0 + RIDGE) } else { 1.0 };
-    }
-    let Some(of_model) = Cholesky::new(of_model) else { return Vec::new() };
+    let information = |whitener: &Whitener, by_courses: &[Vec<Vec<f64>>]| {
+        let (all, gradients) = whitener.information(&system, &parameters, &states, data, (model.context.log_rows, by_courses));
+        let of_model: Vec<usize> = (0..own).chain(free.len()..all.nrows()).collect();
+        Information::new(all, gradients, of_model)
+    };
+    let Some(by_noise) = information(whitener, &[]) else { return Vec::new() };
+    // As the search judges the course: by the fit to the residuals themselves.
+    let plain =
+        if readings.by_courses.is_empty() { None } else { information(&Whitener::plain(data.channels.len()), &readings.by_courses) };
+    let min_identifiable = model.context.criteria.screening.min_identifiable_fraction;
     let sigma = |range: &std::ops::Range<usize>| -> Option<f64> {
         let lanes: Vec<usize> = (0..free.len()).filter(|&lane| range.contains(&free[lane])).collect();
-        let cross = pick(&base, &lanes);
-        let whole = pick(&lanes, &lanes);
-        let left = &whole - cross.transpose() * of_model.solve(&cross);
-        let min = model.context.criteria.screening.min_identifiable_fraction;
-        if (0..lanes.len()).any(|k| left[(k, k)].is_nan() || left[(k, k)] <= min * whole[(k, k)]) {
-            return None;
-        }
-        let covariance = left.try_inverse()?;
-        Some(covariance.symmetric_eigenvalues().max().sqrt())
+        let sigma = by_noise.covariance(&lanes, min_identifiable)?.symmetric_eigenvalues().max().sqrt();
+        Some(sigma * plain.as_ref().map_or(Some(1.0), |plain| plain.increase_by_changes(&lanes, min_identifiable))?)
     };
     batch.iter().zip(&appended).filter_map(|(&k, range)| Some((k, sigma(range)?))).filter(|(_, sigma)| sigma.is_finite()).collect()
+}
+
+/// Information of the rows about the unknowns, and the gradients by changes of the readings.
+struct Information {
+    all: DMatrix<f64>,
+    gradients: Vec<DVector<f64>>,
+    /// Unknowns of the model itself.
+    of_model: Vec<usize>,
+    /// Factor of their information.
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl Information {
+    fn new(all: DMatrix<f64>, gradients: Vec<DVector<f64>>, of_model: Vec<usize>) -> Option<Self> {
+        let mut block = all.select_rows(&of_model).select_columns(&of_model);
+        for k in 0..of_model.len() {
+            let d = block[(k, k)];
+            block[(k, k)] = if d > 0.0 { d * (1.0 + RIDGE) } else { 1.0 };
+        }
+        Some(Information { factor: Cholesky::new(block)?, all, gradients, of_model })
+    }
+
+    /// Covariance of these unknowns, together beside the model; `None` where it imitates one of them but for a fraction `min_identifiable` of its sensitivity.
+    fn covariance(&self, lanes: &[usize], min_identifiable: f64) -> Option<DMatrix<f64>> {
+        let whole = self.all.select_rows(lanes).select_columns(lanes);
+        let cross = self.all.select_rows(&self.of_model).select_columns(lanes);
+        let left = &whole - cross.transpose() * self.factor.solve(&cross);
+        let is_identifiable = |k: usize| left[(k, k)] > min_identifiable * whole[(k, k)];
+        if (0..lanes.len()).all(is_identifiable) { left.try_inverse() } else { None }
+    }
+
+    /// Factor by which the changes, as a second error, increase the standard error of these unknowns, in the direction where they do so most.
+    fn increase_by_changes(&self, lanes: &[usize], min_identifiable: f64) -> Option<f64> {
+        let by_noise = self.covariance(lanes, min_identifiable)?;
+        let cross = self.all.select_rows(&self.of_model).select_columns(lanes);
+        let estimate = |gradient: &DVector<f64>| {
+            let of_model = self.factor.solve(&gradient.select_rows(&self.of_model));
+            &by_noise * (gradient.select_rows(lanes) - cross.transpose() * of_model)
+        };
+        let by_changes = covariance_of(&self.gradients.iter().map(estimate).collect::<Vec<_>>());
+        let inverse = Cholesky::new(by_noise)?.l().try_inverse()?;
+        let relative = &inverse * by_changes * inverse.transpose();
+        Some((1.0 + relative.symmetric_eigenvalues().max()).sqrt())
+    }
 }
 
 /// Amplitude that no drive has, in the SI unit of its parameter. A log that is never slow has an amplitude for the friction of slow motion as well, of 1e100 N m.

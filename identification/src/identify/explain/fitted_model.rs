@@ -13,14 +13,15 @@ use super::reasons::Remark;
 use super::stiffness::limit_stiffness;
 use super::trial::Trial;
 use crate::identify::fit::parameters::{Parameter, Parameters};
-use crate::identify::fit::prepare::PreparationNote;
+use crate::identify::fit::prepare::{PreparationNote, connected_while_coasting};
 use crate::identify::fit::solve::{self, Iterate};
 use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, short_windows};
 use crate::identify::fit::system::System;
 use crate::identify::fit::{
     self, ChannelFit, FitError, FitResult, InitialStates, PreparedLog, Problem, build, initial_state_kinds, starting_states,
 };
-use crate::identify::recording_conventions::{Convention, Recording, apply, fit_as_recorded, fit_by};
+use crate::identify::recording_conventions::{Convention, Recording, apply, fit_as_recorded, fit_by, gain, min_gain};
+use crate::log::VoltageSource;
 use crate::model::{Input, Model};
 
 /// A fitted model and the data it was fitted to.
@@ -220,6 +221,21 @@ impl<'a> FittedModel<'a> {
         let fixed = names(&mut parameters.list.iter().filter(|p| p.fixed && p.kind != ParameterKind::HarmonicOrder));
         let at_bounds = names(&mut parameters.at_bounds().into_iter().map(|k| &parameters.list[k]));
         (!fixed.is_empty() || !at_bounds.is_empty()).then_some(Remark::NotFree { fixed, at_bounds })
+    }
+
+    /// A remark that this model with a bridge that coasts in the off time of its PWM fits better than `last` does with one that brakes; `None` where a note states the bridge, or
+    /// the log has no supply. Coasting changes the torque as much as a missing effect can, so that the log cannot decide it alone: it is asked for, not assumed.
+    pub fn may_coast(&self, last: &FittedModel) -> Option<Remark> {
+        let log = self.context.log;
+        let is_command = self.data.driven == Input::Voltage && log.voltage() != VoltageSource::Terminals;
+        if !is_command || self.data.connected.is_some() || self.data.deadline.has_passed() {
+            return None;
+        }
+        let data = PreparedLog { connected: Some(connected_while_coasting(log)?.into()), ..self.data.clone() };
+        let coasting = fit::refit_from(&self.system, &data, &self.fit).ok()?;
+        let gain = gain(&last.fit, &coasting);
+        let values = coasting.channels.iter().map(|c| c.rows).sum::<usize>();
+        (gain > min_gain(values as f64)).then(|| Remark::MayCoast { decrease: (0.5 * gain / values as f64).exp() })
     }
 
     /// Number of free parameters.

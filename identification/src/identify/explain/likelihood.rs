@@ -67,6 +67,12 @@ impl Whitener {
         Whitener { filters, min_square_ratio: criteria.min_square_ratio }
     }
 
+    /// Changes nothing: every row of each of so many channels is a sample.
+    pub fn plain(channels: usize) -> Self {
+        let filters = (0..channels).map(|_| Filter { stride: 1, coefficients: Vec::new() }).collect();
+        Whitener { filters, min_square_ratio: WhiteningCriteria::default().min_square_ratio }
+    }
+
     /// Every how many rows of a channel is an independent sample.
     pub fn stride(&self, channel: usize) -> usize {
         self.filters[channel].stride
@@ -119,16 +125,35 @@ impl Whitener {
 
     /// Information of the fitted rows about the unknowns, each channel weighted by its whitened variance: the parameters first, then the initial states
     /// of each segment. A square of an unknown times its element is the expected gain (twice the logarithm of the likelihood ratio).
+    /// And the gradients by `changes` of the readings, each by channel and row: the information times the step of the unknowns that imitates the change best.
     pub fn information(
         &self,
         system: &System,
         parameters: &Parameters,
         starts: &InitialStates,
         data: &PreparedLog,
-        log_rows: &[Range<usize>],
-    ) -> DMatrix<f64> {
-        let products = self.products::<MAX_UNKNOWNS>(system, parameters, starts, data, log_rows);
-        self.equations(&products).0
+        (log_rows, changes): (&[Range<usize>], &[Vec<Vec<f64>>]),
+    ) -> (DMatrix<f64>, Vec<DVector<f64>>) {
+        let whitened: Vec<Vec<Vec<f64>>> = changes
+            .iter()
+            .map(|change| change.iter().enumerate().map(|(channel, series)| self.whitened_rows(data, channel, series)).collect())
+            .collect();
+        let products = self.products::<MAX_UNKNOWNS>(system, parameters, starts, data, (log_rows, &whitened));
+        let (information, _, gradients) = self.equations(&products);
+        (information, gradients)
+    }
+
+    /// Innovations of a series at its rows; NaN at the others.
+    fn whitened_rows(&self, data: &PreparedLog, channel: usize, series: &[f64]) -> Vec<f64> {
+        let Filter { stride, coefficients } = &self.filters[channel];
+        let mut whitened = vec![f64::NAN; series.len()];
+        for rows in &data.segments {
+            let every: Vec<f64> = rows.clone().step_by(*stride).map(|row| series[row]).collect();
+            for (row, value) in rows.clone().step_by(*stride).zip(filtered(&every, coefficients)) {
+                whitened[row] = value;
+            }
+        }
+        whitened
     }
 
     /// Residuals by channel at the unknowns that are best for the whitened residuals, by one step of the linear model; NaN where a row is not compared. `None` where the
@@ -141,7 +166,7 @@ impl Whitener {
         data: &PreparedLog,
         log_rows: &[Range<usize>],
     ) -> Option<Vec<Vec<f64>>> {
-        let steps = self.steps(&self.products::<MAX_UNKNOWNS>(system, parameters, starts, data, log_rows))?;
+        let steps = self.steps(&self.products::<MAX_UNKNOWNS>(system, parameters, starts, data, (log_rows, &[])))?;
         let rig = system.rig::<Dual<MAX_UNKNOWNS>>(parameters, data.driven);
         let mut residuals = vec![vec![f64::NAN; data.len()]; self.filters.len()];
         for (segment, (rows, step)) in data.segments.iter().zip(&steps).enumerate() {
@@ -157,14 +182,14 @@ impl Whitener {
         Some(residuals)
     }
 
-    /// Sums of products of the whitened residuals of a model and their derivatives.
+    /// Sums of products of the whitened residuals of a model and their derivatives, and of whitened `changes` of the readings and the derivatives.
     fn products<const N: usize>(
         &self,
         system: &System,
         parameters: &Parameters,
         starts: &InitialStates,
         data: &PreparedLog,
-        log_rows: &[Range<usize>],
+        (log_rows, changes): (&[Range<usize>], &[Vec<Vec<f64>>]),
     ) -> Products<N>
     where
         Dual<N>: FitScalar,
@@ -179,7 +204,7 @@ impl Whitener {
             let first = cells.len();
             for channel in 0..self.filters.len() {
                 for held_out in [false, true] {
-                    cells.push(SumsOfProducts::new());
+                    cells.push(SumsOfProducts::new(changes.len()));
                     keys.push(Key { channel, log, held_out, segment });
                 }
             }
@@ -205,7 +230,7 @@ impl Whitener {
                             d[n] -= a * s[n];
                         }
                     }
-                    cells[first + 2 * c + usize::from(data.held_out(row))].add(e, &d);
+                    cells[first + 2 * c + usize::from(data.held_out(row))].add(e, &d, changes.iter().map(|change| change[c][row]));
                 }
                 if p > 0 {
                     if queue.len() == p {
@@ -216,7 +241,7 @@ impl Whitener {
                 true
             });
         }
-        Products { cells, keys, free, lanes, segments: data.segments.len() }
+        Products { cells, keys, free, lanes, segments: data.segments.len(), changes: changes.len() }
     }
 
     fn sums_in<const N: usize>(
@@ -230,7 +255,7 @@ impl Whitener {
     where
         Dual<N>: FitScalar,
     {
-        let products = self.products::<N>(system, parameters, starts, data, log_rows);
+        let products = self.products::<N>(system, parameters, starts, data, (log_rows, &[]));
         let steps = self.steps(&products);
         let mut fitted = vec![vec![(0.0, 0.0); log_rows.len()]; self.filters.len()];
         let mut held_out = fitted.clone();
@@ -246,7 +271,7 @@ impl Whitener {
 
     /// Step of each segment's unknowns that is best for the fitted rows; `None` where the step is not determined.
     fn steps<const N: usize>(&self, products: &Products<N>) -> Option<Vec<Vec<f64>>> {
-        let (mut information, gradient) = self.equations(products);
+        let (mut information, gradient, _) = self.equations(products);
         for k in 0..information.nrows() {
             let d = information[(k, k)];
             information[(k, k)] = if d > 0.0 { d * (1.0 + RIDGE) } else { 1.0 };
@@ -256,8 +281,8 @@ impl Whitener {
         step.iter().all(|s| s.is_finite()).then(|| (0..products.segments).map(of_segment).collect())
     }
 
-    /// Normal equations of the fitted rows, each channel weighted by its own whitened variance.
-    fn equations<const N: usize>(&self, products: &Products<N>) -> (DMatrix<f64>, DVector<f64>) {
+    /// Normal equations of the fitted rows, each channel weighted by its own whitened variance: information, gradient by the residuals, gradients by the changes.
+    fn equations<const N: usize>(&self, products: &Products<N>) -> (DMatrix<f64>, DVector<f64>, Vec<DVector<f64>>) {
         let mut sizes = vec![(0.0, 0.0); self.filters.len()];
         for (cell, key) in products.fitted() {
             sizes[key.channel].0 += cell.square;
@@ -266,16 +291,20 @@ impl Whitener {
         let whole = products.free + (products.lanes - products.free) * products.segments;
         let mut information = DMatrix::<f64>::zeros(whole, whole);
         let mut gradient = DVector::<f64>::zeros(whole);
+        let mut by_changes = vec![gradient.clone(); products.changes];
         for (cell, key) in products.fitted() {
             let weight = sizes[key.channel].1 / sizes[key.channel].0.max(f64::MIN_POSITIVE);
             for i in 0..products.lanes {
                 gradient[products.index(i, key.segment)] += weight * cell.g[i];
+                for (gradient, of_change) in by_changes.iter_mut().zip(&cell.by_changes) {
+                    gradient[products.index(i, key.segment)] += weight * of_change[i];
+                }
                 for j in 0..products.lanes {
                     information[(products.index(i, key.segment), products.index(j, key.segment))] += weight * cell.h[i][j];
                 }
             }
         }
-        (information, gradient)
+        (information, gradient, by_changes)
     }
 }
 
@@ -300,6 +329,8 @@ struct Products<const N: usize> {
     lanes: usize,
     /// Number of segments.
     segments: usize,
+    /// Number of changes of the readings.
+    changes: usize,
 }
 
 impl<const N: usize> Products<N> {
@@ -322,20 +353,27 @@ struct SumsOfProducts<const N: usize> {
     g: [f64; N],
     /// Derivatives times derivatives.
     h: [[f64; N]; N],
+    /// Derivatives times each change of the readings.
+    by_changes: Vec<[f64; N]>,
 }
 
 impl<const N: usize> SumsOfProducts<N> {
-    fn new() -> Self {
-        SumsOfProducts { square: 0.0, rows: 0.0, g: [0.0; N], h: [[0.0; N]; N] }
+    fn new(changes: usize) -> Self {
+        SumsOfProducts { square: 0.0, rows: 0.0, g: [0.0; N], h: [[0.0; N]; N], by_changes: vec![[0.0; N]; changes] }
     }
 
-    fn add(&mut self, e: f64, d: &[f64; N]) {
+    fn add(&mut self, e: f64, d: &[f64; N], changes: impl Iterator<Item = f64>) {
         self.square += e * e;
         self.rows += 1.0;
         for i in 0..N {
             self.g[i] += d[i] * e;
             for j in 0..N {
                 self.h[i][j] += d[i] * d[j];
+            }
+        }
+        for (sums, change) in self.by_changes.iter_mut().zip(changes) {
+            for (sum, d) in sums.iter_mut().zip(d) {
+                *sum += d * change;
             }
         }
     }

@@ -252,6 +252,11 @@ pub fn explain_until(
         search.remarks.extend(by_prediction_errors.then_some(Remark::ByPredictionErrors));
         search.remarks.extend(last.fit.rests_on_course.then_some(Remark::RestsOnCourse));
     }
+    if matches!(verdict, Verdict::PartlyExplained | Verdict::UnknownStructure)
+        && let (Some(first), Some(last)) = (search.models.first(), search.models.last())
+    {
+        search.remarks.extend(first.may_coast(last));
+    }
     if let (Verdict::UnknownStructure, Some(last)) = (verdict, search.models.last()) {
         search.remarks.extend(last.not_free());
     }

@@ -36,7 +36,12 @@ fn part_by_noise(base: &FittedModel, candidate: &FittedCandidate) -> f64 {
     let free: Vec<usize> = candidate.own.clone().filter(|&k| !parameters.list[k].fixed && by_noise[(k, k)] > 0.0).collect();
     let is_amplitude = |k: &usize| matches!(parameters.list[*k].kind, ParameterKind::NonNegative | ParameterKind::Signed);
     let amplitudes: Vec<usize> = free.iter().copied().filter(is_amplitude).collect();
-    let judged = if amplitudes.is_empty() { free } else { amplitudes };
+    // A shaft vanishes with its first parameter, the stiffness at infinity or the gap at zero, not with its damping. k/σ_k is the significance of the compliance 1/k too.
+    let judged = match candidate.trial.card.elastic {
+        Some(_) => free.into_iter().take(1).collect(),
+        None if amplitudes.is_empty() => free,
+        None => amplitudes,
+    };
     let values = DVector::from_iterator(judged.len(), judged.iter().map(|&k| parameters.list[k].value));
     let of_judged = |of: &DMatrix<f64>| DMatrix::from_fn(judged.len(), judged.len(), |i, j| of[(judged[i], judged[j])]);
     part_of(&values, &of_judged(&by_noise), &of_judged(&by_course))

@@ -161,6 +161,11 @@ pub enum Remark {
         /// Those at the end of their range.
         at_bounds: Vec<String>,
     },
+    /// A bridge that coasts in the off time of its PWM, which no note states, would fit better.
+    MayCoast {
+        /// Factor by which the rms of the residual falls, geometric mean over the compared values.
+        decrease: f64,
+    },
     /// An effect would not be added to the others at the end of the search.
     NotNeededAtEnd {
         /// Its name.

@@ -430,13 +430,7 @@ fn connected(log: &Log, model: &Model, compared: &[ComparedChannel]) -> Result<O
         Some(_) if model.input() == Input::Setpoint => {
             return Err(PrepareError::CoastingServo { log: name(), model: model.name().to_owned() });
         }
-        Some(u_V) => {
-            let nominal = log.notes().number("supply_nominal_V").filter(|v| *v > 0.0);
-            let supply_V = |row: usize| log.column("supply_V").map(|v| v[row]).filter(|v| *v > 0.0).or(nominal);
-            let fraction = |(row, u): (usize, &f64)| supply_V(row).map(|supply_V| (u.abs() / supply_V).min(1.0));
-            let fractions: Option<Vec<f64>> = u_V.iter().enumerate().map(fraction).collect();
-            fractions.ok_or_else(|| PrepareError::CoastingWithoutSupply { log: name() })?
-        }
+        Some(_) => connected_while_coasting(log).ok_or_else(|| PrepareError::CoastingWithoutSupply { log: name() })?,
         None if disconnected.is_none() => return Ok(None),
         None => vec![1.0; log.len()],
     };
@@ -444,6 +438,14 @@ fn connected(log: &Log, model: &Model, compared: &[ComparedChannel]) -> Result<O
         *connected = 0.0;
     }
     Ok(Some(connected.into()))
+}
+
+/// Fraction of each row in which a bridge that coasts in the off time of its PWM connects the winding; `None` without a voltage or its supply.
+pub fn connected_while_coasting(log: &Log) -> Option<Vec<f64>> {
+    let nominal = log.notes().number("supply_nominal_V").filter(|v| *v > 0.0);
+    let supply_V = |row: usize| log.column("supply_V").map(|v| v[row]).filter(|v| *v > 0.0).or(nominal);
+    let fraction = |(row, u): (usize, &f64)| supply_V(row).map(|supply_V| (u.abs() / supply_V).min(1.0));
+    log.column("u_V")?.iter().enumerate().map(fraction).collect()
 }
 
 /// Supply voltage over its nominal value; `None` if it is not measured or constant.

@@ -32,17 +32,32 @@ pub fn with_course<'d, 'l>(log: &'l Log, data: &'d PreparedLog<'l>) -> Option<Co
 /// Covariance of the free coordinates over drawn courses of the voltage: each is a random walk with the means, or means and moments, of the log. It is that of the steps from `iterate` to the
 /// minima with these courses (multiple imputation: Rubin, Multiple Imputation for Nonresponse in Surveys, 1987). `open`: the data [`with_course`]. `None` where no course can be drawn, or the equations are singular.
 pub fn by_course(system: &System, open: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
-    let course = open.voltage_course.as_ref()?;
     let here = step(iterate, weights)?;
+    let differences: Option<Vec<DVector<f64>>> = drawn_courses(open)?
+        .iter()
+        .map(|other| Some(step(&Iterate::new(system, &iterate.parameters, other, &iterate.initial_states), weights)? - &here))
+        .collect();
+    Some(covariance_of(&differences?))
+}
+
+/// The data with each of the drawn courses; the same ones at each call. `None` where no course can be drawn.
+pub fn drawn_courses<'l>(open: &PreparedLog<'l>) -> Option<Vec<PreparedLog<'l>>> {
+    let course = open.voltage_course.as_ref()?;
     let mut random = Xoshiro256PlusPlus::seed_from_u64(0);
-    let mut sum = DMatrix::zeros(here.len(), here.len());
-    for _ in 0..COURSES {
-        let mut other = open.clone();
-        other.voltage_course = Some(course.drawn(&open.input, &open.segments, &mut random)?);
-        let difference = step(&Iterate::new(system, &iterate.parameters, &other, &iterate.initial_states), weights)? - &here;
-        sum += &difference * difference.transpose();
-    }
-    Some(sum * ((1.0 + 1.0 / COURSES as f64) / COURSES as f64))
+    (0..COURSES)
+        .map(|_| {
+            let drawn = course.drawn(&open.input, &open.segments, &mut random)?;
+            Some(PreparedLog { voltage_course: Some(drawn), ..open.clone() })
+        })
+        .collect()
+}
+
+/// Covariance of an estimate that differs by so much with each of the [`drawn_courses`].
+pub fn covariance_of(differences: &[DVector<f64>]) -> DMatrix<f64> {
+    let count = differences.len() as f64;
+    let size = differences.first().map_or(0, DVector::len);
+    let sum = differences.iter().fold(DMatrix::zeros(size, size), |sum, d| sum + d * d.transpose());
+    sum * ((1.0 + 1.0 / count) / count)
 }
 
 /// Covariance of the parameters by the course of the input, at `iterate`, which is linearised along `data`. `None` where the course is known, or the likelihood refutes that a voltage moved which was

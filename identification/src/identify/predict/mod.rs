@@ -20,6 +20,6 @@ pub mod gain;
 pub mod refine;
 pub mod row_model;
 
-pub use course::{by_course, with_course};
+pub use course::{by_course, covariance_of, drawn_courses, with_course};
 pub use fit::PredictionFit;
 pub use refine::refined;

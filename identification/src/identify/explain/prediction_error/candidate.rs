@@ -7,7 +7,7 @@ use drive_model::ParameterKind;
 use super::colour;
 use super::free_form::{self, ScoredForm};
 use super::model::PredictedModel;
-use super::recorded::{Recorded, min_gain};
+use super::recorded::Recorded;
 use super::screen::Screened;
 use crate::identify::explain::jumps::is_less_than_a_count;
 use crate::identify::explain::piecewise_linear::PiecewiseLinear;
@@ -17,6 +17,7 @@ use crate::identify::explain::trial::Trial;
 use crate::identify::fit::{Iterate, Parameter, Parameters, PreparedLog, System};
 use crate::identify::predict::PredictionFit;
 use crate::identify::predict::fit::{NoiseModel, Prediction};
+use crate::identify::recording_conventions::min_gain;
 
 /// What a model is extended by.
 #[derive(Debug, Clone)]

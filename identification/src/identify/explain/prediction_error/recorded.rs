@@ -9,7 +9,7 @@ use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::fit::{FitResult, PreparedLog, outliers};
 use crate::identify::predict::PredictionFit;
 use crate::identify::predict::fit::Prediction;
-use crate::identify::recording_conventions::{Convention, MIN_GAIN, MIN_GAIN_PER_VALUE, apply};
+use crate::identify::recording_conventions::{Convention, apply};
 use crate::model::Model;
 
 /// The given model fitted without outliers, and notes on these; `None` where it has no prediction-error form.
@@ -58,9 +58,4 @@ pub fn conventions<'a>(base: &PredictedModel<'a>) -> Vec<Recorded<'a>> {
         Some(Recorded { data, note, prediction: here })
     });
     tried.collect()
-}
-
-/// Gain, 2 ln of the likelihood ratio, that a convention needs.
-pub fn min_gain(samples: f64) -> f64 {
-    (MIN_GAIN_PER_VALUE * samples).max(MIN_GAIN)
 }

@@ -7,7 +7,7 @@ use super::candidate::{Candidate, Extension};
 use super::colour::coloured_channels;
 use super::free_run::{Stage, free_run};
 use super::model::PredictedModel;
-use super::recorded::{conventions, min_gain};
+use super::recorded::conventions;
 use super::screen::Screening;
 use crate::identify::explain::adequacy::input_between_samples;
 use crate::identify::explain::criteria::MisfitClass;
@@ -17,6 +17,7 @@ use crate::identify::explain::trials::is_modified_by_another;
 use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::fit::{FitError, Parameters, build};
 use crate::identify::predict::fit::{NoiseModel, Prediction};
+use crate::identify::recording_conventions::min_gain;
 use crate::model::Model;
 
 /// Models that are kept at each step.
