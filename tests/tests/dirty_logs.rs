@@ -49,6 +49,13 @@ fn effect_is_found_beside_outliers_and_jitter_and_in_slow_rows() {
     }
 }
 
+/// Under coloured noise rate and current begin together with the error of one step of their initial states.
+#[test]
+fn initial_states_under_coloured_noise_are_not_a_structure() {
+    let e = answer("nulls/rate/multisine/9695", Dirt::Coloured);
+    assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{:?}", e.missing);
+}
+
 /// Beside outliers a jump of the angle by half a count seems to help.
 #[test]
 fn less_than_a_count_is_not_lost() {
