@@ -10,7 +10,7 @@
 
 use std::borrow::Cow;
 
-use drive_model::{Card, HarmonicSource, ParameterKind};
+use drive_model::{Card, HarmonicSource, ParameterKind, Requirement};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
@@ -45,7 +45,8 @@ pub struct DetectionLimit {
 /// singular (a shaft, a presliding stiffness) have no limit of this kind.
 pub fn detection_limits(model: &FittedModel, tests: usize) -> Vec<DetectionLimit> {
     let criteria = &model.context.criteria.detection;
-    let trials: Vec<Trial> = trials::list(model, &values_to_try(model, criteria)).0.into_iter().filter(has_one_amplitude).collect();
+    let listed = trials::list(model, &values_to_try(model, criteria)).0.into_iter();
+    let trials: Vec<Trial> = listed.filter(|trial| has_one_amplitude(trial) && warms_enough(model, trial)).collect();
     let whitener = model.whitener();
     // Differenced readings have no slow noise.
     let direct = model.fit.channels.iter().enumerate().filter(|(k, _)| differencing_rows(&model.data, *k) == 0);
@@ -98,6 +99,16 @@ fn min_gain(model: &FittedModel, tests: usize, free: usize, effective_samples: f
 fn has_one_amplitude(trial: &Trial) -> bool {
     let screened = trial.screened.iter().filter(|s| **s).count();
     trial.absent && screened == if trial.card.polar { 2 } else { 1 } && amplitude(trial).is_some()
+}
+
+/// The effect does not need a change of the winding temperature, or the winding warms clearly: of a small change much may be noise of the thermometer, which moves no drive.
+fn warms_enough(model: &FittedModel, trial: &Trial) -> bool {
+    let span_K = model.data.temp_C.as_ref().map(|temp_C| {
+        let (low, high) = temp_C.iter().copied().min_max();
+        high - low
+    });
+    let needs_change = trial.card.requires.contains(&Requirement::TemperatureChange);
+    !needs_change || span_K.is_none_or(|span_K| span_K >= model.context.criteria.coverage.min_warming_K)
 }
 
 /// Position of the amplitude that is screened.
