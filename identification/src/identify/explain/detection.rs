@@ -24,6 +24,7 @@ use super::screen::critical_gain;
 use super::trial::Trial;
 use super::trials::{self, Starts};
 use crate::identify::fit::simulate::run;
+use crate::identify::fit::voltage::Known;
 use crate::identify::fit::{PreparedLog, build, differencing_rows};
 use crate::identify::predict::{covariance_of, drawn_courses, with_course};
 use crate::statistics::Extremes;
@@ -171,7 +172,9 @@ struct Readings<'m, 'l> {
 impl<'m, 'l> Readings<'m, 'l> {
     fn of(model: &'m FittedModel<'l>, trial: &Trial) -> Self {
         let data = model.data_for(trial);
-        let open = with_course(model.context.log, &data).map(Cow::into_owned);
+        // The stand's own first moments of each row determine the course.
+        let is_open = |open: &Cow<PreparedLog>| open.voltage_course.as_ref().is_some_and(|course| course.known == Known::Means);
+        let open = with_course(model.context.log, &data).filter(is_open).map(Cow::into_owned);
         let rate_from_encoder = trial.rate_from_encoder;
         let Some((open, drawn)) = open.and_then(|open| drawn_courses(&open).map(|drawn| (open, drawn))) else {
             return Readings { rate_from_encoder, data, by_courses: Vec::new() };

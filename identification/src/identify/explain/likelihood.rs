@@ -125,7 +125,7 @@ impl Whitener {
 
     /// Information of the fitted rows about the unknowns, each channel weighted by its whitened variance: the parameters first, then the initial states
     /// of each segment. A square of an unknown times its element is the expected gain (twice the logarithm of the likelihood ratio).
-    /// And the gradients by `changes` of the readings, each by channel and row: the information times the step of the unknowns that imitates the change best.
+    /// And the gradients by `changes` of the readings that passed this whitener, each by channel and row: the information times the step of the unknowns that imitates the change best.
     pub fn information(
         &self,
         system: &System,
@@ -134,26 +134,9 @@ impl Whitener {
         data: &PreparedLog,
         (log_rows, changes): (&[Range<usize>], &[Vec<Vec<f64>>]),
     ) -> (DMatrix<f64>, Vec<DVector<f64>>) {
-        let whitened: Vec<Vec<Vec<f64>>> = changes
-            .iter()
-            .map(|change| change.iter().enumerate().map(|(channel, series)| self.whitened_rows(data, channel, series)).collect())
-            .collect();
-        let products = self.products::<MAX_UNKNOWNS>(system, parameters, starts, data, (log_rows, &whitened));
+        let products = self.products::<MAX_UNKNOWNS>(system, parameters, starts, data, (log_rows, changes));
         let (information, _, gradients) = self.equations(&products);
         (information, gradients)
-    }
-
-    /// Innovations of a series at its rows; NaN at the others.
-    fn whitened_rows(&self, data: &PreparedLog, channel: usize, series: &[f64]) -> Vec<f64> {
-        let Filter { stride, coefficients } = &self.filters[channel];
-        let mut whitened = vec![f64::NAN; series.len()];
-        for rows in &data.segments {
-            let every: Vec<f64> = rows.clone().step_by(*stride).map(|row| series[row]).collect();
-            for (row, value) in rows.clone().step_by(*stride).zip(filtered(&every, coefficients)) {
-                whitened[row] = value;
-            }
-        }
-        whitened
     }
 
     /// Residuals by channel at the unknowns that are best for the whitened residuals, by one step of the linear model; NaN where a row is not compared. `None` where the
