@@ -264,7 +264,7 @@ export const TEXT = {
   same_as: ["not distinguishable from", "не відрізнити від"],
   residual_to_noise: ["Residual over noise (1: only noise is left)", "Залишок відносно шуму (1: лишився тільки шум)"],
   what_is_left: ["What is left", "Що лишилося"],
-  detection_limits: ["Smallest effects that this log would have shown with a probability of 95 %", "Найменші ефекти, які цей журнал показав би з імовірністю 95 %"],
+  detection_limits: ["Smallest effects that this log would have shown (found in about nine of ten such logs)", "Найменші ефекти, які цей журнал показав би (їх знайдено приблизно в дев’яти з десяти таких журналів)"],
   smallest: ["smallest value", "найменше значення"],
   least_visible_at: ["least visible at", "найгірше видно при"],
   next_experiment: ["Next experiment", "Наступний дослід"],

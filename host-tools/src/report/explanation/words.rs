@@ -288,7 +288,7 @@ pub fn detection_limits(e: &Explanation) -> Vec<LimitRow> {
 
 /// Meaning of the detection limits.
 pub const DETECTION_LEGEND: &str =
-    "An effect of this amplitude, alone, would have been found with a probability of 95 %. A smaller one may be present.";
+    "An effect of this amplitude, alone, would have been found in about nine of ten such logs. A smaller one may be present.";
 
 /// How to use a proposed expression.
 pub fn paste(e: &Explanation) -> String {
