@@ -453,7 +453,7 @@ mod tests {
         (a[0], b[0]) = (20.0, 20.0);
         assert!(!series_are_coherent(a.clone(), b.clone(), &AdequacyCriteria::default()));
         (a[700], b[700]) = (20.0, 20.0);
-        assert!(series_are_coherent(a, b, &AdequacyCriteria::default()), "the same amid the log is");
+        assert!(series_are_coherent(a, b, &AdequacyCriteria::default()), "the same pair within the log is coherent");
     }
 
     #[test]

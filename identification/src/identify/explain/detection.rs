@@ -5,12 +5,14 @@
 //! The square root of the gain of one amplitude is a normal variable of mean a/σ and variance s², so that a = σ (√gain + z s) exceeds it with the probability of z
 //! (power of a likelihood ratio test: Kay, Fundamentals of Statistical Signal Processing II, 1998, chapter 6). For white noise s = 1. The autoregression that
 //! whitens the residual does not describe noise that is slow beside its order: s² is the largest factor by which such noise exceeds white noise in a channel.
+//! An effect is only tried if the score on the residuals themselves is significant ([`super::screen`]). A slow motion of the platform stands out on the whitened residuals, but hardly on increments of
+//! the angle themselves: the limit is then the amplitude whose score is significant.
 //! Where the course of the voltage within the rows is open, the search judges the gain with that course as a second error ([`super::open_course`]): σ² is then larger by the
 //! ratio of the variance by noise and course to that by the noise.
 
 use std::borrow::Cow;
 
-use drive_model::{Card, HarmonicSource, ParameterKind, Requirement};
+use drive_model::{Card, HarmonicSource, ParameterKind};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
@@ -46,8 +48,7 @@ pub struct DetectionLimit {
 /// singular (a shaft, a presliding stiffness) have no limit of this kind.
 pub fn detection_limits(model: &FittedModel, tests: usize) -> Vec<DetectionLimit> {
     let criteria = &model.context.criteria.detection;
-    let listed = trials::list(model, &values_to_try(model, criteria)).0.into_iter();
-    let trials: Vec<Trial> = listed.filter(|trial| has_one_amplitude(trial) && warms_enough(model, trial)).collect();
+    let trials: Vec<Trial> = trials::list(model, &values_to_try(model, criteria)).0.into_iter().filter(has_one_amplitude).collect();
     let whitener = model.whitener();
     // Differenced readings have no slow noise.
     let direct = model.fit.channels.iter().enumerate().filter(|(k, _)| differencing_rows(&model.data, *k) == 0);
@@ -67,7 +68,10 @@ pub fn detection_limits(model: &FittedModel, tests: usize) -> Vec<DetectionLimit
         })
         .map(|(k, sigma)| {
             let free = trials[k].screened.iter().filter(|s| **s).count();
-            (k, sigma * (min_gain(model, tests, free, effective_samples).sqrt() + criteria.power_sigmas * slow))
+            let with_power = |gain: f64| gain.sqrt() + criteria.power_sigmas * slow;
+            let added = sigma.whitened * with_power(min_gain(model, tests, free, effective_samples));
+            let screened = sigma.plain * with_power(critical_gain(tests, 1, model.context.criteria.evidence.max_familywise_p));
+            (k, added.max(screened))
         })
         .collect();
     let mut limits: Vec<DetectionLimit> = Vec::new();
@@ -100,16 +104,6 @@ fn min_gain(model: &FittedModel, tests: usize, free: usize, effective_samples: f
 fn has_one_amplitude(trial: &Trial) -> bool {
     let screened = trial.screened.iter().filter(|s| **s).count();
     trial.absent && screened == if trial.card.polar { 2 } else { 1 } && amplitude(trial).is_some()
-}
-
-/// The effect does not need a change of the winding temperature, or the winding warms clearly: of a small change much may be noise of the thermometer, which moves no drive.
-fn warms_enough(model: &FittedModel, trial: &Trial) -> bool {
-    let span_K = model.data.temp_C.as_ref().map(|temp_C| {
-        let (low, high) = temp_C.iter().copied().min_max();
-        high - low
-    });
-    let needs_change = trial.card.requires.contains(&Requirement::TemperatureChange);
-    !needs_change || span_K.is_none_or(|span_K| span_K >= model.context.criteria.coverage.min_warming_K)
 }
 
 /// Position of the amplitude that is screened.
@@ -204,13 +198,22 @@ fn modelled(model: &FittedModel, data: &PreparedLog) -> Vec<Vec<f64>> {
     values
 }
 
-/// Standard error of the amplitude of each trial of a batch, alone beside the model; that of a periodic effect at its least favourable phase.
+/// Standard errors of an amplitude, alone beside the model; of a periodic effect at its least favourable phase.
+#[derive(Debug, Clone, Copy)]
+struct Sigma {
+    /// On the whitened residuals, with the open course of the voltage as a second error: decides whether the effect is added.
+    whitened: f64,
+    /// On the residuals themselves: decides whether the effect is tried.
+    plain: f64,
+}
+
+/// Standard errors of each trial of a batch.
 fn standard_errors(
     model: &FittedModel,
     whitener: &Whitener,
     trials: &[Trial],
     (batch, readings): (&[usize], &Readings),
-) -> Vec<(usize, f64)> {
+) -> Vec<(usize, Sigma)> {
     let data = &readings.data;
     let (mut system, mut parameters) = (model.system.clone(), model.fit.parameters.clone());
     let own = model.free_parameters();
@@ -225,17 +228,17 @@ fn standard_errors(
         let of_model: Vec<usize> = (0..own).chain(free.len()..all.nrows()).collect();
         Information::new(all, gradients, of_model)
     };
-    let Some(by_noise) = information(whitener, &[]) else { return Vec::new() };
-    // As the search judges the course: by the fit to the residuals themselves.
-    let plain =
-        if readings.by_courses.is_empty() { None } else { information(&Whitener::plain(data.channels.len()), &readings.by_courses) };
+    // The search screens, and judges the course, by the fit to the residuals themselves.
+    let plain = information(&Whitener::plain(data.channels.len()), &readings.by_courses);
+    let Some((whitened, plain)) = information(whitener, &[]).zip(plain) else { return Vec::new() };
     let min_identifiable = model.context.criteria.screening.min_identifiable_fraction;
-    let sigma = |range: &std::ops::Range<usize>| -> Option<f64> {
+    let sigma = |range: &std::ops::Range<usize>| -> Option<Sigma> {
         let lanes: Vec<usize> = (0..free.len()).filter(|&lane| range.contains(&free[lane])).collect();
-        let sigma = by_noise.covariance(&lanes, min_identifiable)?.symmetric_eigenvalues().max().sqrt();
-        Some(sigma * plain.as_ref().map_or(Some(1.0), |plain| plain.increase_by_changes(&lanes, min_identifiable))?)
+        let of = |information: &Information| Some(information.covariance(&lanes, min_identifiable)?.symmetric_eigenvalues().max().sqrt());
+        Some(Sigma { whitened: of(&whitened)? * plain.increase_by_changes(&lanes, min_identifiable)?, plain: of(&plain)? })
     };
-    batch.iter().zip(&appended).filter_map(|(&k, range)| Some((k, sigma(range)?))).filter(|(_, sigma)| sigma.is_finite()).collect()
+    let is_finite = |sigma: &Sigma| sigma.whitened.is_finite() && sigma.plain.is_finite();
+    batch.iter().zip(&appended).filter_map(|(&k, range)| Some((k, sigma(range).filter(is_finite)?))).collect()
 }
 
 /// Information of the rows about the unknowns, and the gradients by changes of the readings.
@@ -269,6 +272,9 @@ impl Information {
 
     /// Factor by which the changes, as a second error, increase the standard error of these unknowns, in the direction where they do so most.
     fn increase_by_changes(&self, lanes: &[usize], min_identifiable: f64) -> Option<f64> {
+        if self.gradients.is_empty() {
+            return Some(1.0);
+        }
         let by_noise = self.covariance(lanes, min_identifiable)?;
         let cross = self.all.select_rows(&self.of_model).select_columns(lanes);
         let estimate = |gradient: &DVector<f64>| {

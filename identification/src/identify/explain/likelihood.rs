@@ -125,7 +125,7 @@ impl Whitener {
 
     /// Information of the fitted rows about the unknowns, each channel weighted by its whitened variance: the parameters first, then the initial states
     /// of each segment. A square of an unknown times its element is the expected gain (twice the logarithm of the likelihood ratio).
-    /// And the gradients by `changes` of the readings that passed this whitener, each by channel and row: the information times the step of the unknowns that imitates the change best.
+    /// And a gradient for each of the `changes` of the readings (by channel and row, filtered by this whitener): the information times the unknowns that imitate the change best.
     pub fn information(
         &self,
         system: &System,
@@ -165,7 +165,7 @@ impl Whitener {
         Some(residuals)
     }
 
-    /// Sums of products of the whitened residuals of a model and their derivatives, and of whitened `changes` of the readings and the derivatives.
+    /// Sums of products of the whitened residuals of a model and their derivatives, and of filtered `changes` of the readings and the derivatives.
     fn products<const N: usize>(
         &self,
         system: &System,
