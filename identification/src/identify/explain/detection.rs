@@ -5,8 +5,7 @@
 //! The square root of the gain of one amplitude is a normal variable of mean a/σ and variance s², so that a = σ (√gain + z s) exceeds it with the probability of z
 //! (power of a likelihood ratio test: Kay, Fundamentals of Statistical Signal Processing II, 1998, chapter 6). For white noise s = 1. The autoregression that
 //! whitens the residual does not describe noise that is slow beside its order: s² is the largest factor by which such noise exceeds white noise in a channel.
-//! An effect is only tried if the score on the residuals themselves is significant ([`super::screen`]). A slow motion of the platform stands out on the whitened residuals, but hardly on increments of
-//! the angle themselves: the limit is then the amplitude whose score is significant.
+//! An effect is only tried if the score on the residuals themselves is significant ([`super::screen`]): the limit is at least the amplitude whose score is.
 //! Where the course of the voltage within the rows is open, the search judges the gain with that course as a second error ([`super::open_course`]): σ² is then larger by the
 //! ratio of the variance by noise and course to that by the noise.
 
