@@ -4,6 +4,7 @@
 //! (`confusion -- dirt`; default none); then each log again with one effect planted at its limit, the effects in turn. Aim: found in 95 %.
 
 use std::collections::BTreeMap;
+use std::process::ExitCode;
 
 use host_tools::identify::explain::{Candidate, Explanation, Verdict, explain};
 use rayon::prelude::*;
@@ -24,11 +25,14 @@ fn answer(drawn: &Drawn, dirt: Dirt) -> Option<Explanation> {
     explain(vec![dirt.on(&drawn.log(), drawn.seed())], &drawn.user_model(), &|_| {}).ok()
 }
 
-fn main() {
+fn main() -> ExitCode {
     let numbers: Vec<u64> = std::env::args().skip(1).filter_map(|w| w.parse().ok()).collect();
     let (count, first) = (numbers.first().copied().unwrap_or(60), numbers.get(1).copied().unwrap_or(7001));
     let named = std::env::args().skip(1).find(|w| !w.starts_with('-') && w.parse::<u64>().is_err());
-    let dirt = named.map_or(Dirt::Clean, |name| Dirt::by_name(&name).expect("the name of an imperfection"));
+    let Some(dirt) = named.as_deref().map_or(Some(Dirt::Clean), Dirt::by_name) else {
+        eprintln!("detection [N] [SEED] [DIRT]: DIRT is one of {}", Dirt::ALL.map(Dirt::name).join(", "));
+        return ExitCode::from(2);
+    };
     let results: Vec<(String, String, bool, bool)> = (0..count)
         .into_par_iter()
         .filter_map(|k| {
@@ -74,4 +78,5 @@ fn main() {
     }
     let sum = |of: fn(&Found) -> usize| by_effect.values().map(of).sum::<usize>();
     println!("| all | {} | {} | {} | {} |", sum(|f| f.planted), sum(|f| f.named), sum(|f| f.other), sum(|f| f.missed.len()));
+    ExitCode::SUCCESS
 }
