@@ -19,6 +19,9 @@ const VISIBLE_RATIO: f64 = 1.05;
 /// BIC margin of the true structure.
 const VISIBLE_BIC: f64 = 20.0;
 
+/// Most time of one log, s. A few logs of play and soft shafts take longer; `not-finished` is their verdict.
+const TIME_LIMIT_S: f64 = 300.0;
+
 /// Known facts about a log.
 pub struct Known<'a> {
     /// The user's model.
@@ -103,6 +106,7 @@ impl Outcome {
 pub fn judge(log: Log, known: &Known, engine: Engine) -> Outcome {
     let mut criteria = Criteria::default();
     criteria.search.engine = engine;
+    criteria.search.time_limit_s = Some(TIME_LIMIT_S);
     let explanation = match explain_by(criteria, vec![log.clone()], &known.user, &|_| ()) {
         Ok(explanation) => explanation,
         Err(e) => {
