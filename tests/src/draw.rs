@@ -175,6 +175,11 @@ impl Drawn {
             values.insert(p.name.to_owned(), 0.0);
         }
         values.insert(card.parameters[limit.parameter].name.to_owned(), fraction * limit.size);
+        // The winding warms as in the log for which the limit is stated.
+        let drive = &self.stand.drive;
+        for (name, value) in [("thermal_J_K", drive.thermal_J_K), ("thermal_K_W", drive.thermal_K_W)] {
+            values.entry(name.to_owned()).and_modify(|own| *own = value);
+        }
         if let Some((k, value)) = limit.at {
             let p = &card.parameters[k];
             // The time of the log begins with its first row.

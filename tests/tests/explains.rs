@@ -1,10 +1,15 @@
 //! `explain` on a sample of the logs of docs/figures.md. All logs: `cargo bench -p stand-tests --bench confusion`.
 
+use std::collections::BTreeMap;
+
 use drive_model::Coordinate;
 use hal_sim::plant::Stand;
 use host_tools::acquire::hidden::hide;
+use host_tools::deadline::Deadline;
 use host_tools::identify::defects::defects;
-use host_tools::identify::explain::{Explanation, Purpose, Refusal, Verdict, explain};
+use host_tools::identify::evaluation::{Evaluation, EvaluationRemark, ParameterTreatment, evaluate};
+use host_tools::identify::explain::{Explanation, Purpose, Refusal, Remark, Verdict, explain};
+use host_tools::identify::fit::prepare::PreparationNote;
 use host_tools::log::{Column, Log};
 use host_tools::model::{Model, SummingPoint};
 use stand_firmware::profile::ProfileKind;
@@ -94,6 +99,24 @@ fn own_null_log_is_adequate() {
         let e = answer(vec![log], &own::model(&[1.2, 0.9, 1.1, 1.25, 0.8, 1.0]));
         assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{mode:?}: {:?}", e.missing);
     }
+}
+
+/// A load that comes in the last block of held-out rows, from 10 s to 12 s: the fitted rows know nothing of it.
+#[test]
+fn event_in_held_out_rows_alone_is_found() {
+    let load = BTreeMap::from([("load_step_N_m".to_owned(), 1e-3), ("load_from_s".to_owned(), 10.5)]);
+    let stand = Stand { effects: BTreeMap::from([("load-step".to_owned(), load)]), ..Stand::default() };
+    let log = own::log(&stand, Mode::Voltage, ProfileKind::Multisine, 11.9, 3);
+    let model = own::model(&[1.2, 0.9, 1.1, 1.25, 0.8, 1.0]);
+    let Ok(Evaluation::Evaluated(fitted)) = evaluate(&log, &model, ParameterTreatment::Fitted, Deadline::NEVER) else {
+        panic!("a valid log")
+    };
+    let departs =
+        |r: &EvaluationRemark| matches!(r, EvaluationRemark::HeldOutDeparts(d) if (9.9..10.1).contains(&d.from_s) && d.ratio > 3.0);
+    assert!(fitted.remarks.iter().any(departs), "{:?}", fitted.remarks);
+    let e = answer(vec![log], &model);
+    assert_eq!((e.verdict, e.missing), (Verdict::EffectFound, vec!["load-step".to_owned()]));
+    assert!(e.remarks.iter().any(|r| matches!(r, Remark::Preparation(PreparationNote::NothingHeldOut(_)))), "{:?}", e.remarks);
 }
 
 #[test]

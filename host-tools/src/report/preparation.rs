@@ -2,6 +2,7 @@
 
 use super::{column, listed, numbers, unit};
 use crate::identify::evaluation::EvaluationRemark;
+use crate::identify::fit::held_out::Departure;
 use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::repetition::Repetition;
 use crate::log::Axis;
@@ -39,6 +40,9 @@ pub fn note(axis: Axis, note: &PreparationNote) -> String {
             super::numbers::grouped(*rows),
             super::numbers::grouped(*of)
         ),
+        PreparationNote::NothingHeldOut(departure) => {
+            format!("{} All rows are fitted, and none is left for validation.", departs(axis, departure))
+        }
         PreparationNote::Segments { segments, short: (short, rows) } => {
             let left_out = match short {
                 0 => String::new(),
@@ -70,6 +74,16 @@ pub const RESTS_ON_COURSE: &str = "The log leaves open what the input does withi
 /// The parameters are those of the prediction errors.
 pub const BY_PREDICTION_ERRORS: &str = "The parameters are from prediction errors: the input may be from a control loop, where the noise of the angle returns in it and biases a free run (the note “mode: voltage” states that there is none).";
 
+/// Held-out rows that depart, as a sentence.
+fn departs(axis: Axis, departure: &Departure) -> String {
+    format!(
+        "From {} s on {} departs by {} × the noise, in rows that were held out, while the fitted rows leave only noise: what acts there acts nowhere else in this log.",
+        numbers::significant(departure.from_s, 3),
+        column(axis, departure.channel),
+        numbers::significant(departure.ratio, 3)
+    )
+}
+
 /// A remark on an evaluation as a sentence.
 pub fn remark(axis: Axis, remark: &EvaluationRemark) -> String {
     match remark {
@@ -85,6 +99,7 @@ pub fn remark(axis: Axis, remark: &EvaluationRemark) -> String {
             "The model leaves {} × the noise in its worst channel. The ± are those of noise of that size; what the model lacks may have shifted the parameters by more.",
             numbers::significant(*ratio, 3)
         ),
+        EvaluationRemark::HeldOutDeparts(departure) => departs(axis, departure),
         EvaluationRemark::ByPredictionErrors => BY_PREDICTION_ERRORS.to_owned(),
         EvaluationRemark::RestsOnCourse => RESTS_ON_COURSE.to_owned(),
         EvaluationRemark::ShiftedConstant(shifted) => constant(axis, shifted),

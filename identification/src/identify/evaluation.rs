@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::constants;
 use super::fit::{
     self, FitError, FitResult, PreparedLog, Unidentifiable,
+    held_out::{Departure, departure},
     prepare::{PreparationNote, PrepareError},
 };
 use super::predict::refined;
@@ -40,6 +41,8 @@ pub enum EvaluationRemark {
     },
     /// A fit shifts a physical constant by a decade or more.
     ShiftedConstant(ShiftedConstant),
+    /// Only noise is left in the fitted rows, and far more in held-out rows.
+    HeldOutDeparts(Departure),
     /// The parameters are those of largest likelihood of the prediction errors: the noise of the angle may return in the input.
     ByPredictionErrors,
     /// Of a standard error, the larger part is by the voltage within the rows, for which a random walk is assumed.
@@ -135,6 +138,9 @@ pub fn evaluate<'a>(
     if treatment != ParameterTreatment::Kept && !result.leaves_noise_only() {
         let ratio = result.worst_chi2_per_n().sqrt();
         remarks.push(EvaluationRemark::MoreThanNoise { ratio });
+    }
+    if result.leaves_noise_only() {
+        remarks.extend(departure(&data, &result.channels).map(EvaluationRemark::HeldOutDeparts));
     }
     remarks.extend(repetition(&data).map(EvaluationRemark::Repetition));
     let misfits = residual::misfits(log, &data, &result);

@@ -2,6 +2,7 @@
 
 use super::Comparison;
 use super::parameters::{Mark, ParameterRow, parameters};
+use crate::identify::evaluation::EvaluationRemark;
 use crate::identify::fit::ChannelFit;
 use crate::log::Axis;
 use crate::model::Channel;
@@ -49,8 +50,17 @@ pub fn channel(axis: Axis, f: &ChannelFit) -> String {
 pub fn conclusion(c: &Comparison) -> String {
     let mut above: Vec<&ChannelFit> = c.result.channels.iter().filter(|f| f.rms / f.noise > MAX_NOISE_RATIO).collect();
     above.sort_by(|a, b| (b.rms / b.noise).total_cmp(&(a.rms / a.noise)));
+    let (log, model) = (c.log.path().display(), c.model.name());
+    let explain = format!("Next: `stand explain {log} --model {model}` searches the missing effect");
     if above.is_empty() {
-        return adequate(c);
+        let departs = c.remarks.iter().find_map(|r| if let EvaluationRemark::HeldOutDeparts(d) = r { Some(d) } else { None });
+        return departs.map_or_else(
+            || adequate(c),
+            |d| {
+                let from_s = numbers::significant(d.from_s, 3);
+                format!("The residual is at noise level in the fitted rows only. The model lacks what acts from {from_s} s on. {explain}.")
+            },
+        );
     }
     let ratio = |f: &ChannelFit| numbers::significant(f.rms / f.noise, 3);
     let list: Vec<String> = above.iter().map(|f| format!("{} at {} × noise", column(c.model.axis(), f.channel), ratio(f))).collect();
@@ -62,11 +72,8 @@ pub fn conclusion(c: &Comparison) -> String {
         text.push(' ');
         text.push_str(first);
     }
-    let (log, model) = (c.log.path().display(), c.model.name());
     text.push_str(&if c.fitted {
-        format!(
-            " Next: `stand explain {log} --model {model}` searches the missing effect; `stand model add {model} EFFECT` adds one by hand."
-        )
+        format!(" {explain}; `stand model add {model} EFFECT` adds one by hand.")
     } else {
         format!(" Next: `stand fit {log} --model {model}` fits the parameters; a residual that remains is due to a missing effect.")
     });

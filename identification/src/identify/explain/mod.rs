@@ -69,6 +69,7 @@ pub use reasons::{NotVisible, Progress, Refusal, Remark};
 use crate::deadline::Deadline;
 use crate::identify::constants;
 use crate::identify::defects::defects;
+use crate::identify::fit::held_out::{Departure, departure};
 use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
 use crate::identify::fit::{FitError, Preparation, PreparedLog};
 use crate::identify::predict::refined;
@@ -177,6 +178,14 @@ struct Outcome<'a> {
     recorded: Vec<PreparationNote>,
 }
 
+impl Outcome<'_> {
+    /// Held-out rows that the final model does not describe, although nothing is said to be missing.
+    fn departure(&self) -> Option<Departure> {
+        let last = self.search.models.last().filter(|_| matches!(self.verdict, Verdict::Adequate | Verdict::EffectFound))?;
+        departure(&last.data, &last.fit.channels)
+    }
+}
+
 /// Explains what `model` lacks on these logs together, by the default criteria.
 ///
 /// # Errors
@@ -222,12 +231,15 @@ pub fn explain_until(
     let paths = logs.iter().map(|l| l.path().display().to_string()).collect();
     let (log, log_rows) = join_logs::join(logs, &criteria.joining)?;
     let context = Context { log: &log, log_rows: &log_rows, criteria: &criteria };
-    let (mut data, remarks) = prepare::prepare(&log, model, true)?;
-    data.deadline = deadline;
-    // The evidence is that of increments, whose errors do not accumulate.
-    data.absolute_angle = false;
-    progress(&Progress::FittingGiven);
-    let start = Start::of(context, model, data)?;
+    let fitted = |hold_out: bool| -> Result<_, ExplainError> {
+        let (mut data, notes) = prepare::prepare(&log, model, hold_out)?;
+        data.deadline = deadline;
+        // The evidence is that of increments, whose errors do not accumulate.
+        data.absolute_angle = false;
+        progress(&Progress::FittingGiven);
+        Ok((Start::of(context, model, data)?, notes))
+    };
+    let (start, mut notes) = fitted(true)?;
     let base = start.free_run();
     // Values on the way to the minimum prove nothing about units.
     if !base.data.deadline.has_passed()
@@ -237,8 +249,15 @@ pub fn explain_until(
         return Err(ExplainError::BadLog { log: Box::new(log), findings: vec![defect] });
     }
     let shifted = constants::shifted(model, &base.fit);
-    let (given_data, given) = (base.data.clone(), base.fit.clone());
-    let Outcome { mut search, verdict, unexplained, recorded } = start.explain(context, model, progress)?;
+    let (mut given_data, mut given) = (base.data.clone(), base.fit.clone());
+    let mut outcome = start.explain(context, model, progress)?;
+    if let Some(departure) = outcome.departure() {
+        let (start, _) = fitted(false)?;
+        (given_data, given) = (start.free_run().data.clone(), start.free_run().fit.clone());
+        outcome = start.explain(context, model, progress)?;
+        notes.push(PreparationNote::NothingHeldOut(departure));
+    }
+    let Outcome { mut search, verdict, unexplained, recorded } = outcome;
     // Between the minima of the free runs, before the last one is replaced.
     if verdict == Verdict::EffectFound {
         let small = search.small_parts();
@@ -278,7 +297,7 @@ pub fn explain_until(
         _ => Vec::new(),
     };
     let next = next_experiment::next_experiment(&search.candidates, &missing, verdict, (&coverage, &separations), &criteria, &log);
-    let mut remarks: Vec<Remark> = remarks.into_iter().chain(recorded).map(Remark::Preparation).collect();
+    let mut remarks: Vec<Remark> = notes.into_iter().chain(recorded).map(Remark::Preparation).collect();
     remarks.extend(shifted.into_iter().map(Remark::ShiftedConstant));
     remarks.append(&mut search.remarks);
     let mut models = search.models.into_iter();

@@ -51,13 +51,7 @@ impl ChannelFit {
         let compared = compared(&residual);
         let rms_of_all = (compared.iter().map(|r| r * r).sum::<f64>() / compared.len().max(1) as f64).sqrt();
         let channel = data.channels[index].channel;
-        // An increment over m rows has a reading in common with the increments up to m rows before and after.
-        let stride = if channel == Channel::Angle && !data.angle_is_absolute() {
-            2 * data.angle_lag()
-        } else {
-            differencing_rows(data, index).max(1) * 2 - 1
-        };
-        let (_, white_p) = noise::ljung_box(&compared, stride, WHITENESS_LAGS);
+        let (_, white_p) = noise::ljung_box(&compared, independent_every(data, index), WHITENESS_LAGS);
         ChannelFit {
             channel,
             is_increment: channel == Channel::Angle && !data.angle_is_absolute(),
@@ -97,6 +91,15 @@ impl ChannelFit {
         let differencing_rows = differencing_rows(data, index);
         let correlation = if differencing_rows > 0 { 1.0 } else { self.slow_variance() };
         NoiseColour { differencing_rows, inflation: misfit * correlation }
+    }
+}
+
+/// Rows between values of a channel that share no reading: an increment over m rows has one in common with the increments up to m rows before and after.
+pub(super) fn independent_every(data: &PreparedLog, index: usize) -> usize {
+    if data.channels[index].channel == Channel::Angle && !data.angle_is_absolute() {
+        2 * data.angle_lag()
+    } else {
+        differencing_rows(data, index).max(1) * 2 - 1
     }
 }
 

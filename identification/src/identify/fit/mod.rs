@@ -12,6 +12,7 @@ pub mod build;
 pub mod channel_fit;
 pub mod covariance;
 pub mod equation_error;
+pub mod held_out;
 pub mod initial_states;
 pub mod known_motion;
 pub mod measurement;

@@ -19,7 +19,7 @@ use crate::model::{Channel, Input};
 /// Interval over which the angle is compared by its increments, s. A simulated angle drifts without limit; its increments do not.
 pub const ANGLE_INCREMENT_S: f64 = 0.020;
 /// Length of a block, s; see [`HELD_OUT_PERIOD`].
-const HELD_OUT_BLOCK_S: f64 = 2.0;
+pub(super) const HELD_OUT_BLOCK_S: f64 = 2.0;
 /// Blocks per period; one of them is held out.
 const HELD_OUT_PERIOD: i64 = 4;
 /// Index of the held-out block within a period.

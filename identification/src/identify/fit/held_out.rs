@@ -1,0 +1,86 @@
+//! Held-out rows that a model does not describe, although it leaves only noise in the fitted rows: something happens there that happens nowhere else.
+//!
+//! Blocks of 2 s are compared, because held-out rows come in such blocks. Where the model is right, the blocks are exchangeable: noise of any colour, and what the
+//! errors of the parameters add, are alike in fitted and held-out blocks. A block departs if its mean square is twice that of the worst fitted block, and
+//! as a χ² variable of that doubled variance improbable.
+
+use super::channel_fit::{ChannelFit, independent_every};
+use super::prepared_log::{HELD_OUT_BLOCK_S, PreparedLog};
+use crate::model::Channel;
+use crate::statistics::Extremes;
+use crate::statistics::distributions::ln_chi_squared_tail;
+
+/// Ratio of mean squares from which a block may depart.
+const MIN_RATIO: f64 = 2.0;
+/// Greatest probability of a departing block by chance.
+const MAX_P: f64 = 1e-6;
+
+/// Held-out rows that depart from what the fitted rows let expect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Departure {
+    /// The channel that departs most.
+    pub channel: Channel,
+    /// First row of the first such block, s.
+    pub from_s: f64,
+    /// Greatest rms of a held-out block over the noise of the channel.
+    pub ratio: f64,
+}
+
+/// A part of a block that is wholly fitted or wholly held out.
+struct Block {
+    first_row: usize,
+    held_out: bool,
+    /// Sum of squares over the variance of the noise, and the number of compared rows.
+    squares: f64,
+    rows: usize,
+}
+
+impl Block {
+    fn chi2_per_n(&self) -> f64 {
+        self.squares / self.rows as f64
+    }
+}
+
+/// Where the held-out rows depart from the fitted ones; `None` where they do not, and where none are held out.
+pub fn departure(data: &PreparedLog, channels: &[ChannelFit]) -> Option<Departure> {
+    data.held_out.as_ref()?;
+    let of_channel = |(index, fit): (usize, &ChannelFit)| {
+        let blocks = blocks(data, fit);
+        let half_rows = 0.5 * HELD_OUT_BLOCK_S / data.dt_s;
+        let whole = |b: &&Block| !b.held_out && b.rows as f64 >= half_rows;
+        let expected = blocks.iter().filter(whole).map(Block::chi2_per_n).max_or_zero().max(1.0) * MIN_RATIO;
+        let departs = |b: &&Block| {
+            let independent = (b.rows as f64 / independent_every(data, index) as f64).max(1.0);
+            let ratio = b.chi2_per_n() / expected;
+            b.held_out && ratio > 1.0 && ln_chi_squared_tail(ratio * independent, independent) < MAX_P.ln()
+        };
+        let departing: Vec<&Block> = blocks.iter().filter(departs).collect();
+        let ratio = departing.iter().map(|b| b.chi2_per_n()).max_or_zero().sqrt();
+        Some(Departure { channel: fit.channel, from_s: data.t_s[departing.first()?.first_row], ratio })
+    };
+    channels.iter().enumerate().filter_map(of_channel).max_by(|a, b| a.ratio.total_cmp(&b.ratio))
+}
+
+/// The compared rows of a channel in blocks.
+fn blocks(data: &PreparedLog, fit: &ChannelFit) -> Vec<Block> {
+    let most_rows = ((HELD_OUT_BLOCK_S / data.dt_s).round() as usize).max(1);
+    let mut blocks: Vec<Block> = Vec::new();
+    for segment in &data.segments {
+        let mut begins = true;
+        for row in segment.clone() {
+            let held_out = data.held_out(row);
+            let continues = blocks.last().is_some_and(|b| !begins && b.held_out == held_out && row - b.first_row < most_rows);
+            if !continues {
+                blocks.push(Block { first_row: row, held_out, squares: 0.0, rows: 0 });
+            }
+            begins = false;
+            let residual = fit.residual[row];
+            if let Some(block) = blocks.last_mut().filter(|_| !residual.is_nan()) {
+                block.squares += (residual / fit.noise).powi(2);
+                block.rows += 1;
+            }
+        }
+    }
+    blocks.retain(|b| b.rows > 0);
+    blocks
+}
