@@ -148,6 +148,13 @@ fn oscillating_shaft_is_no_defect_of_the_log() {
     }
 }
 
+/// It slips in the last half second of seven.
+#[test]
+fn clutch_that_slips_at_the_end_is_no_reversed_current() {
+    let drawn = Drawn::by_name("outsiders/slipping-clutch/rate/sweep/3").expect("a valid name");
+    assert_eq!(defects(&drawn.log(), &drawn.user_model()), Vec::new());
+}
+
 #[test]
 fn backlash_is_found_after_stribeck_friction() {
     let drawn = Drawn::by_name("several/2/voltage/multi-step/1").expect("a log of the table");

@@ -18,6 +18,8 @@ const MIN_PARTIAL_CORRELATION: f64 = 0.5;
 const MIN_SIGMAS: f64 = 10.0;
 /// Least explained fraction of the variance for a valid regression.
 const MIN_EXPLAINED_FRACTION: f64 = 0.5;
+/// Parts of the log without each of which a sign holds.
+const PARTS: usize = 4;
 
 /// A defect of the drive's signs.
 pub(super) fn check(log: &Log) -> Option<Defect> {
@@ -68,6 +70,22 @@ fn best<const K: usize>(fit: impl Fn(f64) -> Option<Regression<K>>) -> Option<Re
         .max_by(|a, b| significance(a).total_cmp(&significance(b)))
 }
 
+/// Regression over all rows. A reversed column is so in the whole log: a coefficient that has another sign without one of the parts has none. A coupling that slips once, at the
+/// end of a log, reverses the sign of the whole log, and of no other part.
+fn throughout<const K: usize>(x: [&[f64]; K], y: &[f64]) -> Option<Regression<K>> {
+    let mut all = regress(x, y)?;
+    for part in 0..PARTS {
+        let left_out = part * y.len() / PARTS..(part + 1) * y.len() / PARTS;
+        let without = |column: &[f64]| [&column[..left_out.start], &column[left_out.end..]].concat();
+        let columns = x.map(without);
+        let Some(others) = regress::<K>(std::array::from_fn(|k| columns[k].as_slice()), &without(y)) else { continue };
+        for k in (0..K).filter(|&k| others.slope[k] * all.slope[k] < 0.0) {
+            all.partial[k] = 0.0;
+        }
+    }
+    Some(all)
+}
+
 /// Regression of u on i, ω and ω''.
 fn electrical(log: &Log, u: &[f64], i: &[f64], length_s: f64) -> Option<Regression<3>> {
     let windows = Windows::of_length(log, length_s);
@@ -79,7 +97,7 @@ fn electrical(log: &Log, u: &[f64], i: &[f64], length_s: f64) -> Option<Regressi
         rows.iter_mut().zip(values).for_each(|(row, value)| row.push(value));
     }
     let [i, rate, curvature, u] = rows;
-    regress([&i, &rate, &curvature], &u)
+    throughout([&i, &rate, &curvature], &u)
 }
 
 /// Regression of a drive column on ω', ω, sign ω, θ and ω'''.
@@ -102,7 +120,7 @@ fn mechanical(log: &Log, drive: &[f64], length_s: f64) -> Option<Regression<5>> 
         rows.iter_mut().zip(values).for_each(|(row, value)| row.push(value));
     }
     let [acceleration, rate, direction, angle, third, drive] = rows;
-    regress([&acceleration, &rate, &direction, &angle, &third], &drive)
+    throughout([&acceleration, &rate, &direction, &angle, &third], &drive)
 }
 
 /// Mean rate in each window: from the angle if it is measured, else from the rate.
