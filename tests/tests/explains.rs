@@ -9,7 +9,6 @@ use host_tools::deadline::Deadline;
 use host_tools::identify::defects::defects;
 use host_tools::identify::evaluation::{Evaluation, EvaluationRemark, ParameterTreatment, evaluate};
 use host_tools::identify::explain::{Explanation, Purpose, Refusal, Remark, Verdict, explain};
-use host_tools::identify::fit::prepare::PreparationNote;
 use host_tools::log::{Column, Log};
 use host_tools::model::{Model, SummingPoint};
 use stand_firmware::profile::ProfileKind;
@@ -103,7 +102,7 @@ fn own_null_log_is_adequate() {
 }
 
 fn compares_all_rows(remark: &Remark) -> bool {
-    matches!(remark, Remark::Preparation(PreparationNote::NothingHeldOut(_)))
+    matches!(remark, Remark::NothingHeldOut(_))
 }
 
 /// A load that comes in the last block of held-out rows, from 10 s to 12 s: the fitted rows know nothing of it.

@@ -40,9 +40,6 @@ pub fn note(axis: Axis, note: &PreparationNote) -> String {
             super::numbers::grouped(*rows),
             super::numbers::grouped(*of)
         ),
-        PreparationNote::NothingHeldOut(departure) => {
-            format!("{} All rows are fitted, and none is left for validation.", departs(axis, departure))
-        }
         PreparationNote::Segments { segments, short: (short, rows) } => {
             let left_out = match short {
                 0 => String::new(),
@@ -75,7 +72,7 @@ pub const RESTS_ON_COURSE: &str = "The log leaves open what the input does withi
 pub const BY_PREDICTION_ERRORS: &str = "The parameters are from prediction errors: the input may be from a control loop, where the noise of the angle returns in it and biases a free run (the note “mode: voltage” states that there is none).";
 
 /// Held-out rows that depart, as a sentence.
-fn departs(axis: Axis, departure: &Departure) -> String {
+pub fn departs(axis: Axis, departure: &Departure) -> String {
     format!(
         "From {} s on {} departs by {} × the noise, in rows that were held out, while the fitted rows leave only noise: what acts there acts nowhere else in this log.",
         numbers::significant(departure.from_s, 3),

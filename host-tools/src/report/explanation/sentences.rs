@@ -199,6 +199,9 @@ pub fn remark(axis: Axis, remark: &Remark) -> String {
             numbers::significant(*rms, 2),
             unit(axis, *channel)
         ),
+        Remark::NothingHeldOut(departure) => {
+            format!("{} All rows are fitted, and none is left for validation.", crate::report::preparation::departs(axis, departure))
+        }
         Remark::NotSignificantAtEnd { effect } => {
             format!("{effect} was added on the way and is not significant in the final model; it was removed.")
         }

@@ -239,7 +239,7 @@ pub fn explain_until(
         progress(&Progress::FittingGiven);
         Ok((Start::of(context, model, data)?, notes))
     };
-    let (start, mut notes) = fitted(true)?;
+    let (start, notes) = fitted(true)?;
     let base = start.free_run();
     // Values on the way to the minimum prove nothing about units.
     if !base.data.deadline.has_passed()
@@ -255,7 +255,7 @@ pub fn explain_until(
         let (start, _) = fitted(false)?;
         (given_data, given) = (start.free_run().data.clone(), start.free_run().fit.clone());
         outcome = start.explain(context, model, progress)?;
-        notes.push(PreparationNote::NothingHeldOut(departure));
+        outcome.search.remarks.insert(0, Remark::NothingHeldOut(departure));
     }
     let Outcome { mut search, verdict, unexplained, recorded } = outcome;
     // Between the minima of the free runs, before the last one is replaced.

@@ -2,6 +2,7 @@
 
 use drive_model::Requirement;
 
+use crate::identify::fit::held_out::Departure;
 use crate::model::Channel;
 
 /// Why an effect cannot be the explanation, whatever its gain.
@@ -226,6 +227,8 @@ pub enum Remark {
         /// Interval of the samples, s.
         interval_s: f64,
     },
+    /// Rows that are usually held out leave far more than the fitted ones: all rows are fitted.
+    NothingHeldOut(Departure),
     /// An effect is not significant in the final model and was removed.
     NotSignificantAtEnd {
         /// Its name.

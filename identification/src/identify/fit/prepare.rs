@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::angle_jumps::angle_jumps;
-use super::held_out::Departure;
 use super::known_motion::{self, KnownMotion, MeasuredAngle};
 use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, held_out_rows};
 use super::voltage::{self, InputTiming, Known, VoltageCourse};
@@ -173,8 +172,6 @@ pub enum PreparationNote {
         /// Rows of the log.
         of: usize,
     },
-    /// Rows that are usually held out leave far more than the fitted ones, which leave noise: all rows are fitted.
-    NothingHeldOut(Departure),
     /// The log has gaps; each part is a segment with initial states of its own.
     Segments {
         /// Number of segments that are compared.
