@@ -11,6 +11,8 @@ use host_tools::identify::evaluation::{Evaluation, EvaluationRemark, ParameterTr
 use host_tools::identify::explain::{Explanation, Purpose, Refusal, Remark, Verdict, explain};
 use host_tools::log::{Column, Log};
 use host_tools::model::{Model, SummingPoint};
+use host_tools::report::comparison::Comparison;
+use host_tools::report::comparison::words::conclusion;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 use stand_tests::draw::Drawn;
@@ -118,6 +120,8 @@ fn event_in_held_out_rows_alone_is_found() {
     let departs =
         |r: &EvaluationRemark| matches!(r, EvaluationRemark::HeldOutDeparts(d) if (9.9..10.1).contains(&d.from_s) && d.ratio > 3.0);
     assert!(fitted.remarks.iter().any(departs), "{:?}", fitted.remarks);
+    let conclusion = conclusion(&Comparison::of(&log, &model, &fitted, true));
+    assert!(conclusion.contains("The model lacks what acts from 10.0 s on."), "{conclusion}");
     let e = answer(vec![log], &model);
     assert_eq!((e.verdict, e.missing), (Verdict::EffectFound, vec!["load-step".to_owned()]));
     assert!(e.remarks.iter().any(compares_all_rows), "{:?}", e.remarks);

@@ -1,8 +1,8 @@
 //! Held-out rows that a model does not describe, although it leaves only noise in the fitted rows: something happens there that happens nowhere else.
 //!
 //! Blocks of 2 s are compared, because held-out rows come in such blocks. Where the model is right, the blocks are exchangeable: noise of any colour, and what the
-//! errors of the parameters add, are alike in fitted and held-out blocks. A block departs if its mean square is twice that of the worst fitted block, and
-//! as a χ² variable of that doubled variance improbable.
+//! errors of the parameters add, are alike in fitted and held-out blocks. A block departs if its mean square is more than twice that of the worst fitted block. In
+//! a short block that may be chance: noise with twice the variance of the worst fitted block must have such a mean square with a probability below 10⁻⁶ only.
 
 use super::channel_fit::{ChannelFit, independent_every};
 use super::prepared_log::{HELD_OUT_BLOCK_S, PreparedLog};
@@ -26,19 +26,14 @@ pub struct Departure {
     pub ratio: f64,
 }
 
-/// A part of a block that is wholly fitted or wholly held out.
+/// Rows in sequence, all fitted or all held out, at most as long as a block.
 struct Block {
     first_row: usize,
     held_out: bool,
-    /// Sum of squares over the variance of the noise, and the number of compared rows.
-    squares: f64,
+    /// Number of compared rows.
     rows: usize,
-}
-
-impl Block {
-    fn chi2_per_n(&self) -> f64 {
-        self.squares / self.rows as f64
-    }
+    /// Their mean square over the variance of the noise.
+    chi2_per_n: f64,
 }
 
 /// Where the held-out rows depart from the fitted ones; `None` where they do not, and where none are held out.
@@ -48,14 +43,14 @@ pub fn departure(data: &PreparedLog, channels: &[ChannelFit]) -> Option<Departur
         let blocks = blocks(data, fit);
         let half_rows = 0.5 * HELD_OUT_BLOCK_S / data.dt_s;
         let whole = |b: &&Block| !b.held_out && b.rows as f64 >= half_rows;
-        let expected = blocks.iter().filter(whole).map(Block::chi2_per_n).max_or_zero().max(1.0) * MIN_RATIO;
+        let expected = blocks.iter().filter(whole).map(|b| b.chi2_per_n).max_or_zero().max(1.0) * MIN_RATIO;
         let departs = |b: &&Block| {
             let independent = (b.rows as f64 / independent_every(data, index) as f64).max(1.0);
-            let ratio = b.chi2_per_n() / expected;
+            let ratio = b.chi2_per_n / expected;
             b.held_out && ratio > 1.0 && ln_chi_squared_tail(ratio * independent, independent) < MAX_P.ln()
         };
         let departing: Vec<&Block> = blocks.iter().filter(departs).collect();
-        let ratio = departing.iter().map(|b| b.chi2_per_n()).max_or_zero().sqrt();
+        let ratio = departing.iter().map(|b| b.chi2_per_n).max_or_zero().sqrt();
         Some(Departure { channel: fit.channel, from_s: data.t_s[departing.first()?.first_row], ratio })
     };
     channels.iter().enumerate().filter_map(of_channel).max_by(|a, b| a.ratio.total_cmp(&b.ratio))
@@ -64,23 +59,18 @@ pub fn departure(data: &PreparedLog, channels: &[ChannelFit]) -> Option<Departur
 /// The compared rows of a channel in blocks.
 fn blocks(data: &PreparedLog, fit: &ChannelFit) -> Vec<Block> {
     let most_rows = ((HELD_OUT_BLOCK_S / data.dt_s).round() as usize).max(1);
-    let mut blocks: Vec<Block> = Vec::new();
+    let mut blocks = Vec::new();
     for segment in &data.segments {
-        let mut begins = true;
-        for row in segment.clone() {
-            let held_out = data.held_out(row);
-            let continues = blocks.last().is_some_and(|b| !begins && b.held_out == held_out && row - b.first_row < most_rows);
-            if !continues {
-                blocks.push(Block { first_row: row, held_out, squares: 0.0, rows: 0 });
-            }
-            begins = false;
-            let residual = fit.residual[row];
-            if let Some(block) = blocks.last_mut().filter(|_| !residual.is_nan()) {
-                block.squares += (residual / fit.noise).powi(2);
-                block.rows += 1;
+        let rows: Vec<usize> = segment.clone().collect();
+        let runs = rows.chunk_by(|a, b| data.held_out(*a) == data.held_out(*b));
+        for rows in runs.flat_map(|run| run.chunks(most_rows)) {
+            let squares: Vec<f64> =
+                rows.iter().map(|&row| (fit.residual[row] / fit.noise).powi(2)).filter(|square| !square.is_nan()).collect();
+            if !squares.is_empty() {
+                let chi2_per_n = squares.iter().sum::<f64>() / squares.len() as f64;
+                blocks.push(Block { first_row: rows[0], held_out: data.held_out(rows[0]), rows: squares.len(), chi2_per_n });
             }
         }
     }
-    blocks.retain(|b| b.rows > 0);
     blocks
 }

@@ -18,7 +18,7 @@ const MIN_PARTIAL_CORRELATION: f64 = 0.5;
 const MIN_SIGMAS: f64 = 10.0;
 /// Least explained fraction of the variance for a valid regression.
 const MIN_EXPLAINED_FRACTION: f64 = 0.5;
-/// Parts of the log without each of which a sign holds.
+/// Number of parts of the log; no sign may depend on one part alone.
 const PARTS: usize = 4;
 
 /// A defect of the drive's signs.
@@ -70,8 +70,8 @@ fn best<const K: usize>(fit: impl Fn(f64) -> Option<Regression<K>>) -> Option<Re
         .max_by(|a, b| significance(a).total_cmp(&significance(b)))
 }
 
-/// Regression over all rows. A reversed column is so in the whole log: a coefficient that has another sign without one of the parts has none. A coupling that slips once, at the
-/// end of a log, reverses the sign of the whole log, and of no other part.
+/// Regression over all rows. A column that is reversed is so in the whole log. A coefficient whose sign changes when one part of the log is left out is therefore marked as not
+/// significant: a coupling that slips once can reverse the sign that the whole log gives.
 fn throughout<const K: usize>(x: [&[f64]; K], y: &[f64]) -> Option<Regression<K>> {
     let mut all = regress(x, y)?;
     for part in 0..PARTS {
