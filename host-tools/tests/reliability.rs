@@ -193,18 +193,26 @@ fn drive_is_off(folder: &Path, port: &str, after_s: u64) {
     assert!(state.out.starts_with("0;"), "{state:?}");
 }
 
-/// Rows of the interrupted recording `part.csv`, without the end of a log, that are not on the disk, s.
+/// The rows of the interrupted recording `log.part.csv`, s; none before its first whole row.
 #[track_caller]
-fn lost_s(folder: &Path, recorded_s: f64) -> f64 {
+fn kept_s(folder: &Path) -> f64 {
     let part = folder.join("log.part.csv");
     let text = std::fs::read_to_string(&part).unwrap_or_default();
-    if text.lines().filter(|line| !line.starts_with('#')).count() < 2 {
-        return recorded_s;
+    if text.split_inclusive('\n').filter(|line| !line.starts_with('#') && line.ends_with('\n')).count() < 2 {
+        return 0.0;
     }
-    assert!(text.ends_with('\n'), "whole rows");
     let log = Log::read(&part).unwrap();
-    assert!(matches!(log.warnings(), [LogWarning::EndMissing { .. }]), "{:?}", log.warnings());
-    recorded_s - log.duration_s()
+    let cut = if text.ends_with('\n') { None } else { Some(LogWarning::RowCutShort { line: text.lines().count() }) };
+    let expected: Vec<_> = cut.into_iter().chain([LogWarning::EndMissing { rows: log.len() }]).collect();
+    assert_eq!(log.warnings(), expected);
+    log.duration_s()
+}
+
+/// Asserts that `log.part.csv` ends with a whole row, if there is one.
+#[track_caller]
+fn ends_with_a_whole_row(folder: &Path) {
+    let text = std::fs::read_to_string(folder.join("log.part.csv")).unwrap_or_default();
+    assert!(text.is_empty() || text.ends_with('\n'), "{:?}", text.lines().last());
 }
 
 #[test]
@@ -231,7 +239,7 @@ fn failed_recording_leaves_its_rows_and_a_stopped_stand() {
         let (child, from) = begun(folder.path(), &words(&served.port));
         kill_after(child, share * seconds * 0.9);
         let recorded_s = from.elapsed().as_secs_f64();
-        let lost_s = lost_s(folder.path(), recorded_s);
+        let lost_s = recorded_s - kept_s(folder.path());
         assert!(lost_s < BEHIND_S, "{lost_s} of {recorded_s} s");
         assert!(!folder.path().join("log.csv").exists(), "nothing that looks complete");
         drive_is_off(folder.path(), &served.port, STOPPED_S);
@@ -273,7 +281,8 @@ fn failed_recording_leaves_its_rows_and_a_stopped_stand() {
         let words = words(&served.port);
         let ran = on_full_disk(folder.path(), &words.each_ref().map(String::as_str), 4 + (share * 200.0) as usize);
         let message = failed_in_operation(&ran, "log.part.csv: cannot write");
-        lost_s(folder.path(), 0.0);
+        kept_s(folder.path());
+        ends_with_a_whole_row(folder.path());
         assert!(!folder.path().join("log.csv").exists(), "nothing that looks complete");
         drive_is_off(folder.path(), &served.port, 0);
         Outcome { lost_s: 0.0, message }
@@ -383,6 +392,19 @@ fn log_without_its_end_is_not_read_as_whole() {
         let log = Log::read(&cut).unwrap();
         assert_eq!(log.warnings(), [LogWarning::EndMissing { rows: rows(&log) }], "{keep} lines");
     }
+    // Within a row, as a killed recorder may leave it: the rows before it are kept.
+    let half = lines.len() / 2;
+    let whole = lines[..half].concat();
+    std::fs::write(&cut, &whole).unwrap();
+    let kept = rows(&Log::read(&cut).unwrap());
+    for bytes in 1..lines[half].len() {
+        std::fs::write(&cut, format!("{whole}{}", &lines[half][..bytes])).unwrap();
+        let log = Log::read(&cut).unwrap();
+        assert_eq!(log.warnings(), [LogWarning::RowCutShort { line: half + 1 }, LogWarning::EndMissing { rows: kept }], "{bytes} bytes");
+        assert_eq!(rows(&log), kept);
+    }
+    let shown = stand(folder.path(), &["compare", "cut.csv", "--model", "model.toml"]);
+    assert!(shown.out.contains(&format!("the last row (line {}) is cut short and left out", half + 1)), "{shown:?}");
     // A row that was taken out, and a digit that was changed.
     let whole = lines.len() - lines.iter().filter(|line| line.starts_with('#')).count() - 1;
     let changed = format!("{}1\n", lines[40].trim_end());

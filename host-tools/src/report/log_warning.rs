@@ -35,6 +35,7 @@ pub fn log_warning(warning: &LogWarning) -> String {
         LogWarning::UnterminatedRow { line } => {
             format!("the last row (line {line}) does not end with a line break; its last number may be cut short")
         }
+        LogWarning::RowCutShort { line } => format!("the last row (line {line}) is cut short and left out"),
         LogWarning::EndMissing { rows } => {
             format!("the end of the log is missing: the recording was interrupted, or the file was copied in part; it has {rows} rows")
         }

@@ -40,6 +40,11 @@ pub(super) fn read(path: &Path, selection: &mut Selection<'_>) -> Result<FileCon
         if lines.is_blank() {
             continue;
         }
+        if digest.is_some() && !lines.ended {
+            // The writer ends each row with a line break: it was stopped within this one.
+            contents.warnings.push(LogWarning::RowCutShort { line: lines.number });
+            break;
+        }
         row += 1;
         if row == 1 {
             let rows = (bytes / (lines.text.len() as u64 + 1)) as usize + 16;
@@ -70,8 +75,7 @@ pub(super) fn read(path: &Path, selection: &mut Selection<'_>) -> Result<FileCon
             (Some(written), Some(_)) => Some(LogWarning::RowsChanged { rows: row, written }),
             _ => Some(LogWarning::EndMissing { rows: row }),
         });
-    }
-    if row > 0 && !lines.ended {
+    } else if row > 0 && !lines.ended {
         contents.warnings.push(LogWarning::UnterminatedRow { line: lines.number });
     }
     contents.columns.iter_mut().for_each(|c| c.values.shrink_to_fit());

@@ -79,6 +79,11 @@ pub enum LogWarning {
         /// Line of the file, from 1.
         line: usize,
     },
+    /// The recording was interrupted within its last row, which is left out.
+    RowCutShort {
+        /// Line of the file, from 1.
+        line: usize,
+    },
     /// The notes of the end are missing: the recording was interrupted, or the file was copied in part.
     EndMissing {
         /// Number of rows in the file.
