@@ -1,6 +1,7 @@
 //! Coverage of the standard errors: simulated logs, fitted from wrong starts as `stand fit` does; 95 % intervals against the truth, by mode and by imperfection.
 //!
-//! `cargo bench -p stand-tests --bench coverage -- [N]`: N logs per mode and imperfection.
+//! `cargo bench -p stand-tests --bench coverage -- [N] [MODE] [IMPERFECTION]`: N logs per mode and imperfection; with words, only of `voltage` or `rate`, of
+//! `coloured` and so on.
 
 use hal_sim::plant::Stand;
 use host_tools::deadline::Deadline;
@@ -16,13 +17,22 @@ use stand_tests::own::{TRUTH, log, model};
 const PROFILES: [ProfileKind; 3] = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs];
 
 fn main() {
-    let count = std::env::args().skip(1).find_map(|w| w.parse().ok()).unwrap_or(150_u64);
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let count = words.iter().find_map(|w| w.parse().ok()).unwrap_or(150_u64);
+    let asked = |names: &[&str], name: &str| {
+        let mut named = words.iter().filter(|w| names.contains(&w.as_str())).peekable();
+        named.peek().is_none() || named.any(|w| w == name)
+    };
+    let imperfections = Dirt::ALL.map(Dirt::name);
     println!(
         "{count} logs of 30 s per mode and imperfection, profiles multi-step, multisine, prbs in turn; starts wrong by 1.5 either way"
     );
     print!("{}", CoverageTable::header());
-    for mode in [Mode::Voltage, Mode::Rate] {
+    for (mode, mode_name) in [(Mode::Voltage, "voltage"), (Mode::Rate, "rate")] {
         for noise in Dirt::ALL {
+            if !asked(&["voltage", "rate"], mode_name) || !asked(&imperfections, noise.name()) {
+                continue;
+            }
             let errors: Vec<Vec<(f64, f64)>> = (0..count).into_par_iter().filter_map(|k| errors(mode, noise, k)).collect();
             let mut table = CoverageTable::default();
             for (p, (name, _)) in TRUTH.iter().enumerate() {

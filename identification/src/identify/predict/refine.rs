@@ -17,19 +17,26 @@ use crate::model::{Channel, Input};
 /// The fit with its final parameters and standard errors: those of the prediction errors where the input may be from a loop, otherwise those of the free run; both with what the log leaves
 /// open of the input within its rows. Also whether they are of the prediction errors.
 pub fn refined(system: &System, log: &Log, data: &PreparedLog, free_run: FitResult) -> (FitResult, bool) {
-    if needs_prediction_errors(log, data, &free_run)
+    let in_loop = may_be_in_loop(log, data) && free_run.converged && !data.deadline.has_passed();
+    if in_loop
+        && free_run.leaves_noise_only()
         && let Some(found) = by_prediction_errors(system, log, data, &free_run)
     {
         return (found, true);
     }
-    (with_course_of_free_run(system, log, data, free_run), false)
+    let mut fit = free_run;
+    if in_loop {
+        let weights = fit::weights(&fit.channels.iter().map(|c| c.noise).collect::<Vec<_>>());
+        let iterate = Iterate::new(system, &fit.parameters, data, &fit.initial_states);
+        widen(&mut fit, covariance_by_blocks(Problem { system, data, weights: &weights }, &iterate));
+    }
+    (with_course_of_free_run(system, log, data, fit), false)
 }
 
-/// The noise of the angle may have returned in the input, and this fit compares its increments and leaves only noise.
-fn needs_prediction_errors(log: &Log, data: &PreparedLog, free_run: &FitResult) -> bool {
+/// The increments of the angle are compared, and its noise may have returned in the input.
+fn may_be_in_loop(log: &Log, data: &PreparedLog) -> bool {
     let increments = !data.angle_is_absolute() && data.channels.iter().any(|c| c.channel == Channel::Angle);
-    let may_be_in_loop = !matches!(data.driven, Input::Motion | Input::Setpoint) && !log.notes().is_open_loop();
-    may_be_in_loop && increments && free_run.leaves_noise_only() && free_run.converged && !data.deadline.has_passed()
+    increments && !matches!(data.driven, Input::Motion | Input::Setpoint) && !log.notes().is_open_loop()
 }
 
 /// The parameters of largest likelihood of the innovations, with their standard errors, and the free run with these parameters. `None` where the model has no
@@ -41,12 +48,10 @@ fn by_prediction_errors(system: &System, log: &Log, data: &PreparedLog, free_run
     let noise: Vec<f64> = found.predictor.innovation_variances.iter().map(|s| s.sqrt()).collect();
     let iterate = Iterate::new(system, &found.parameters, &following, &found.initial_states);
     let weights = fit::weights(&noise);
-    let by_blocks = clustered(Problem { system, data: &following, weights: &weights }, &iterate, &iterate.normal_equations(&weights));
+    let by_blocks = covariance_by_blocks(Problem { system, data: &following, weights: &weights }, &iterate);
     let by_course = course_covariance(system, log, &following, &iterate, &weights);
     let mut innovations = fit::evaluate(system, &following, iterate, &noise);
-    if let Some(by_blocks) = by_blocks {
-        widen(&mut innovations, &found.parameters.full_covariance(&by_blocks.matrix));
-    }
+    widen(&mut innovations, by_blocks);
     if let Some(by_course) = by_course {
         add_course(&mut innovations, &by_course);
     }
@@ -64,9 +69,16 @@ fn by_prediction_errors(system: &System, log: &Log, data: &PreparedLog, free_run
     })
 }
 
-/// Widens the standard errors to those of another covariance, where these are larger; the correlations stay. The counting error of an encoder at rest or at a
-/// steady rate is constant or periodic, not white as the filter takes it.
-fn widen(fit: &mut FitResult, other: &DMatrix<f64>) {
+/// Covariance of the parameters from blocks of rows, within which the noise may have any correlation. In a loop it returns in the input, and the counting error of an encoder at rest or at a
+/// steady rate is constant or periodic: neither is the white noise of a free run or of a filter. `None` where there are too few blocks.
+fn covariance_by_blocks(problem: Problem, iterate: &Iterate) -> Option<DMatrix<f64>> {
+    let by_blocks = clustered(problem, iterate, &iterate.normal_equations(problem.weights))?;
+    Some(iterate.parameters.full_covariance(&by_blocks.matrix))
+}
+
+/// Widens the standard errors to those of another covariance, where these are larger; the correlations stay.
+fn widen(fit: &mut FitResult, other: Option<DMatrix<f64>>) {
+    let Some(other) = other else { return };
     let factors: Vec<f64> = (0..fit.sigmas.len())
         .map(|k| if fit.sigmas[k] > 0.0 { (other[(k, k)].max(0.0).sqrt() / fit.sigmas[k]).max(1.0) } else { 1.0 })
         .collect();
