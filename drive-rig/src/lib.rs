@@ -177,13 +177,27 @@ pub struct State<S> {
     pub bristle: S,
     /// Winding temperature above [`T0_C`], K (only where it is not measured).
     pub heat_K: S,
+    /// Acceleration of the winding over the last step, rad/s².
+    pub acceleration_rad_s2: S,
+    /// Length of the last step, s.
+    pub step_s: f64,
 }
 
 impl<S: Scalar> State<S> {
     /// All parts turn at `omega`, without twist or current, at the reference temperature.
     pub fn turning(omega: S, theta: S) -> Self {
         let zero = S::zero();
-        State { omega, theta, current: zero, motor_omega: omega, twist: zero, bristle: zero, heat_K: zero }
+        State {
+            omega,
+            theta,
+            current: zero,
+            motor_omega: omega,
+            twist: zero,
+            bristle: zero,
+            heat_K: zero,
+            acceleration_rad_s2: zero,
+            step_s: 0.0,
+        }
     }
 }
 
@@ -324,12 +338,23 @@ impl<S: Scalar> Rig<S> {
         if self.input == Input::Current {
             return S::from(row.input);
         }
-        if self.structure.inductance_H.is_some() {
+        if self.structure.inductance_H.is_some() && (state.step_s == 0.0 || state.current == 0.0 || row.connected < 1.0) {
             return state.current;
         }
-        let omega = if self.structure.shaft.is_some() { state.motor_omega } else { state.omega };
+        let omega = self.motor_omega(state);
         let total = self.contributions(&self.point(row, Part::BEGIN, state.theta, omega, state.current, state.heat_K), row, state.theta);
-        self.armature(&total, self.base.motor_constant * total.motor_factor, omega, state.current, row, Part::BEGIN).0
+        let motor_constant = self.base.motor_constant * total.motor_factor;
+        match self.structure.inductance_H {
+            None => self.armature(&total, motor_constant, omega, state.current, row, Part::BEGIN).0,
+            Some(inductance) => {
+                // A step has the back-EMF of its middle, which makes its mean current right. Along a ramp of the rate the current at its end is that of a back-EMF δ earlier, where δ follows from
+                // δ = h e + (1 − e) h/2 + δ e with e = exp(−h R/L), and not L/R earlier.
+                let time_constant_s = inductance / (self.base.resistance * total.resistance_factor + total.series_ohm);
+                let settled = -(-S::from(state.step_s) / time_constant_s).exp_m1();
+                let late_s = settled.recip() * state.step_s - 0.5 * state.step_s;
+                state.current - motor_constant * state.acceleration_rad_s2 * (late_s - time_constant_s) * time_constant_s / inductance
+            }
+        }
     }
 
     /// Sum of the contributions of all effects at `x`, a point of `row`, and of the regulator of a servo at the simulated angle `theta`. The regulator acts on
@@ -388,6 +413,8 @@ impl<S: Scalar> Rig<S> {
         let x = self.point(row, part, state.theta + turned, middle, motor.last_A, state.heat_K);
         let motor = self.motor(&self.contributions(&x, row, state.theta + turned), middle, state.current, row, part);
         let (omega, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, part.length_s);
+        state.acceleration_rad_s2 = (omega - state.omega) / part.length_s;
+        state.step_s = part.length_s;
         state.omega = omega;
         state.theta += turned;
         state.current = motor.last_A;
@@ -408,6 +435,8 @@ impl<S: Scalar> Rig<S> {
         let x = self.point(row, part, half.theta, self.motor_omega(&half), half.current, half.heat_K);
         let (end, current) = self.stage(&start, &half, &self.contributions(&x, row, half.theta), row, part);
         *state = end;
+        state.acceleration_rad_s2 = (self.motor_omega(&end) - self.motor_omega(&start)) / part.length_s;
+        state.step_s = part.length_s;
         current
     }
 

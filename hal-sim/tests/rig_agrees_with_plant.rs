@@ -142,3 +142,28 @@ fn a_rig_with_simulated_angle_and_temperature_agrees() {
     let d = differences(&stand, ProfileKind::MultiStep, Known::Voltage, 1);
     assert!(d.iter().all(|d| *d < 0.1), "heat {d:?}");
 }
+
+/// A current that is sampled along a ramp of the rate, with rows longer than L/R, is that of short steps.
+#[test]
+fn current_at_a_row_is_independent_of_the_step() {
+    let rig = rig(&Stand::default());
+    assert!(rig.structure().inductance_H.is_some());
+    let sampled = |steps_per_row: usize| {
+        let mut state = State::turning(0.0, 0.3);
+        let step_s = ROW_S / steps_per_row as f64;
+        let mut currents = Vec::new();
+        for n in 0..400 * steps_per_row {
+            let row = span(n as f64 * step_s, step_s, if n < 200 * steps_per_row { 3.0 } else { -2.0 }, None);
+            if n % steps_per_row == 0 {
+                currents.push(rig.current_now(&state, &row));
+            }
+            rig.advance(&mut state, &row);
+        }
+        currents
+    };
+    let (coarse, fine) = (sampled(1), sampled(50));
+    // Not in the first row after a step of the voltage.
+    for n in (3..200).chain(203..400) {
+        assert!((coarse[n] - fine[n]).abs() < 2e-4 * fine[n].abs().max(0.05), "row {n}: {} A, {} A", coarse[n], fine[n]);
+    }
+}

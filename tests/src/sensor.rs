@@ -5,6 +5,7 @@ use std::fmt;
 use hal_sim::peripherals::imu::{GyroElement, ImuSetup};
 use hal_sim::plant::Stand;
 use host_tools::identify::explain::explain;
+use host_tools::log::Log;
 use host_tools::model::Model;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -141,18 +142,27 @@ impl fmt::Display for Answer {
     }
 }
 
-/// Records the log of this seed and explains it.
+/// The error, the log and the model of this seed.
 ///
 /// # Panics
-/// The log cannot be explained.
-pub fn answer(seed: u64) -> Answer {
+/// Never: the stand and the model are valid.
+pub fn case(seed: u64) -> (Kind, Log, String) {
     let kind = KINDS[seed as usize % KINDS.len()];
     let mut draw = Draw(Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x7365_6e73));
     let stand = Stand { imu: Some(kind.sensor(&mut draw)), ..Stand::default() };
     let log = own::log(&stand, Mode::Rate, PROFILES[seed as usize / KINDS.len() % PROFILES.len()], DURATION_S, seed);
     let known = if kind == Kind::Lag { "" } else { KNOWN_LAG };
-    let text = format!("[drive]\ninput = \"theta_rad\"\noutputs = [\"omega_rad_s\"]\nrate_column = \"gyro_rad_s\"\neffects = [{known}]\n");
-    let model = Model::parse(&text, "the sensor").expect("a model");
+    let model = format!("[drive]\ninput = \"theta_rad\"\noutputs = [\"omega_rad_s\"]\nrate_column = \"gyro_rad_s\"\neffects = [{known}]\n");
+    (kind, log, model)
+}
+
+/// Records the log of this seed and explains it.
+///
+/// # Panics
+/// The log cannot be explained.
+pub fn answer(seed: u64) -> Answer {
+    let (kind, log, model) = case(seed);
+    let model = Model::parse(&model, "the sensor").expect("a model");
     let log = log.with_rate("gyro_rad_s").expect("the sensor's rate");
     let e = explain(vec![log], &model, &|_| ()).unwrap_or_else(|e| panic!("{e}"));
     let ratio = |fit: &host_tools::identify::fit::FitResult| fit.channels.iter().map(|c| c.rms / c.noise).fold(0.0, f64::max);

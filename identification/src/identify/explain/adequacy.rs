@@ -15,6 +15,8 @@
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
+use drive_model::Coordinate;
+
 use super::criteria::{AdequacyCriteria, MisfitClass};
 use super::fitted_model::FittedModel;
 use super::likelihood::Whitener;
@@ -130,9 +132,17 @@ pub fn input_between_samples(model: &FittedModel) -> Option<Remark> {
     let error: Vec<f64> = data.input.iter().zip(&*other).map(|(mean, other)| mean - other).collect();
     let excess = residual::excess_of_input_error(log, data, &model.fit, &error)?;
     let white = model.context.criteria.noise.invisible;
-    let within = model.fit.channels.iter().zip(&excess).all(|(c, excess)| c.chi2_per_n() <= white + excess);
+    let within = model.fit.channels.iter().zip(&excess).all(|(c, excess)| c.chi2_per_n() <= white + excess) && !depends_on_state(model);
     let rms = (error.iter().map(|e| e * e).sum::<f64>() / error.len().max(1) as f64).sqrt();
     within.then_some(Remark::InputBetweenSamples { column: data.driven.column(), rms })
+}
+
+/// A part of the residual depends on rate, angle or temperature. What an input does between its samples follows its changes, not these.
+fn depends_on_state(model: &FittedModel) -> bool {
+    let of_state = |c: Coordinate| matches!(c, Coordinate::Omega | Coordinate::Theta | Coordinate::Temperature);
+    let max_fraction = model.context.criteria.adequacy.max_state_fraction;
+    let misfits = residual::misfits(model.context.log, &model.data, &model.fit);
+    misfits.iter().any(|m| of_state(m.coordinate) && m.explained_fraction > max_fraction)
 }
 
 /// Where a channel is the newest sample of a sensor with its own clock, the age of the sample is not known, only that it is below the interval T: an error of

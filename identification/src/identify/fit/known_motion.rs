@@ -5,14 +5,15 @@ use std::ops::Range;
 use crate::statistics::distributions::chi_squared_tail;
 use crate::statistics::robust::median_in_place;
 
-/// Half of the window of the local fit, s: a sine of 5 Hz loses 1e-3 of its amplitude.
-const HALF_WINDOW_S: f64 = 0.02;
+/// Halves of the windows of the local fits, s, widest first. The noise of a slope falls with the power 1.5 of the window; in the narrowest one a sine of 5 Hz loses 1e-3 of its amplitude.
+const HALF_WINDOWS_S: [f64; 3] = [0.08, 0.04, 0.02];
 /// Rows on each side at least.
 const MIN_ROWS: usize = 3;
-/// Coefficients of the local fit, a cubic.
-const COEFFICIENTS: usize = 4;
-/// Probability below which the scatter about the cubic is not that of the other rows: the acceleration jumps within the window.
-const UNRESOLVED_P: f64 = 1e-3;
+/// Coefficients of a cubic, which describes most windows, and of a quintic.
+const CUBIC: usize = 4;
+const QUINTIC: usize = 6;
+/// Probability below which a polynomial is refuted: a cubic by what the two more coefficients of a quintic explain; a quintic by its scatter.
+const REFUTED_P: f64 = 1e-3;
 
 /// The motion at a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +24,7 @@ pub struct KnownMotion {
     pub omega_rad_s: f64,
     /// Rate at the time of the reading, which is older than the row, minus that at the row, rad/s.
     pub aged_rad_s: f64,
-    /// The angle resolves the motion here: its window lies within the segment, and a cubic describes the angle.
+    /// The angle resolves the motion here: its window lies within the segment, and a polynomial describes the angle.
     pub is_resolved: bool,
 }
 
@@ -39,40 +40,81 @@ pub struct MeasuredAngle<'a> {
     pub age_s: Option<&'a [f64]>,
 }
 
-/// The motion at each row of the segments, by least-squares cubics through the angle within ± 20 ms.
+/// The motion at each row of the segments, by least-squares cubics through the angle. Each row has the widest window in which a cubic describes the angle (Goldenshluger and Nemirovski, Math. Methods
+/// Stat. 6 (1997) 135): noise of the slope would otherwise favour a model that smooths it, such as a lag. Where the acceleration changes, a cubic smooths the corner, always to its inner side, and this
+/// error adds up to a dependence on the rate: a cubic is kept only where neither its own window nor that of a row within it refutes a cubic. In the narrowest window a quintic takes its place.
 pub fn along(angle: &MeasuredAngle, segments: &[Range<usize>]) -> Vec<KnownMotion> {
-    let MeasuredAngle { t_s, theta_rad, quantum_rad, age_s } = *angle;
+    let MeasuredAngle { t_s, quantum_rad, age_s, .. } = *angle;
     let mut list = vec![KnownMotion { theta_rad: 0.0, omega_rad_s: 0.0, aged_rad_s: 0.0, is_resolved: false }; t_s.len()];
-    let mut scatters = vec![(0.0, 0.0); t_s.len()];
-    for rows in segments {
-        let (t, y) = (&t_s[rows.clone()], &theta_rad[rows.clone()]);
-        let (mut from, mut to) = (0, 0);
-        for k in 0..t.len() {
-            while t[k] - t[from] > HALF_WINDOW_S {
-                from += 1;
+    let narrowest = HALF_WINDOWS_S.len() - 1;
+    for (width, half_s) in HALF_WINDOWS_S.into_iter().enumerate().rev() {
+        let fits: Vec<Vec<Option<LocalFits>>> = segments.iter().map(|rows| local_fits(angle, rows, half_s)).collect();
+        let mut variances: Vec<f64> = fits.iter().flatten().flatten().filter_map(|fits| fits.cubic.variance()).collect();
+        let usual = median_in_place(&mut variances).unwrap_or(0.0).max(quantum_rad * quantum_rad / 12.0);
+        for (rows, fits) in segments.iter().zip(&fits) {
+            let mut bent_before = vec![0; fits.len() + 1];
+            for (k, fits) in fits.iter().enumerate() {
+                bent_before[k + 1] = bent_before[k] + usize::from(fits.as_ref().is_some_and(|f| f.is_bent(usual)));
             }
-            while to + 1 < t.len() && t[to + 1] - t[k] <= HALF_WINDOW_S {
-                to += 1;
+            for (row, fits) in rows.clone().zip(fits) {
+                let Some(fits) = fits else { continue };
+                let has_bend = bent_before[fits.window.end] > bent_before[fits.window.start];
+                let fit = fits.quintic.as_ref().filter(|_| has_bend).unwrap_or(&fits.cubic);
+                let is_resolved = fits.is_symmetric && fit.describes(usual);
+                if width == narrowest || (is_resolved && !has_bend) {
+                    list[row] = KnownMotion {
+                        theta_rad: fit.value(),
+                        omega_rad_s: fit.slope_at(0.0),
+                        aged_rad_s: age_s.map_or(0.0, |age| fit.slope_at(-age[row]) - fit.slope_at(0.0)),
+                        is_resolved,
+                    };
+                }
             }
-            let (a, b) = (from.min(k.saturating_sub(MIN_ROWS)), to.max((k + MIN_ROWS).min(t.len() - 1)));
-            let Some(cubic) = Cubic::fit(&t[a..=b], &y[a..=b], t[k]) else { continue };
-            let row = rows.start + k;
-            list[row] = KnownMotion {
-                theta_rad: cubic.value(),
-                omega_rad_s: cubic.slope_at(0.0),
-                aged_rad_s: age_s.map_or(0.0, |age| cubic.slope_at(-age[row]) - cubic.slope_at(0.0)),
-                is_resolved: symmetric(t, a, k, b),
-            };
-            scatters[row] = (cubic.squares, (b + 1 - a) as f64 - COEFFICIENTS as f64);
         }
     }
-    let mut variances: Vec<f64> =
-        scatters.iter().filter(|(_, freedom)| *freedom > 0.0).map(|(squares, freedom)| squares / freedom).collect();
-    let usual = median_in_place(&mut variances).unwrap_or(0.0).max(quantum_rad * quantum_rad / 12.0);
-    for (motion, (squares, freedom)) in list.iter_mut().zip(scatters) {
-        motion.is_resolved &= freedom <= 0.0 || usual <= 0.0 || chi_squared_tail(squares / usual, freedom) >= UNRESOLVED_P;
-    }
     list
+}
+
+/// The polynomials through the window of a row.
+struct LocalFits {
+    /// Its rows, counted from the begin of the segment.
+    window: Range<usize>,
+    /// It reaches as far before the row as behind it.
+    is_symmetric: bool,
+    cubic: Polynomial,
+    /// `None` where it is not determined.
+    quintic: Option<Polynomial>,
+}
+
+impl LocalFits {
+    /// The quintic explains more than the cubic does, against the `usual` variance.
+    fn is_bent(&self, usual: f64) -> bool {
+        let added = (QUINTIC - CUBIC) as f64;
+        self.quintic.as_ref().is_some_and(|q| usual > 0.0 && chi_squared_tail((self.cubic.squares - q.squares) / usual, added) < REFUTED_P)
+    }
+}
+
+/// The polynomials of each row of a segment; `None` where the cubic is not determined.
+fn local_fits(angle: &MeasuredAngle, rows: &Range<usize>, half_s: f64) -> Vec<Option<LocalFits>> {
+    let (t, y) = (&angle.t_s[rows.clone()], &angle.theta_rad[rows.clone()]);
+    let (mut from, mut to) = (0, 0);
+    let mut of_row = |k: usize| {
+        while t[k] - t[from] > half_s {
+            from += 1;
+        }
+        while to + 1 < t.len() && t[to + 1] - t[k] <= half_s {
+            to += 1;
+        }
+        let (a, b) = (from.min(k.saturating_sub(MIN_ROWS)), to.max((k + MIN_ROWS).min(t.len() - 1)));
+        let (window_t, window_y) = (&t[a..=b], &y[a..=b]);
+        Some(LocalFits {
+            window: a..b + 1,
+            is_symmetric: symmetric(t, a, k, b),
+            cubic: Polynomial::fit::<CUBIC>(window_t, window_y, t[k])?,
+            quintic: Polynomial::fit::<QUINTIC>(window_t, window_y, t[k]).filter(|q| q.freedom > 0),
+        })
+    };
+    (0..t.len()).map(&mut of_row).collect()
 }
 
 /// The window reaches as far before the row as behind it, but for a row.
@@ -81,21 +123,22 @@ fn symmetric(t: &[f64], from: usize, at: usize, to: usize) -> bool {
     (before - after).abs() <= (t[from + 1] - t[from]).max(t[to] - t[to - 1])
 }
 
-/// A least-squares cubic about a time.
-struct Cubic {
+/// A least-squares polynomial about a time.
+struct Polynomial {
     /// Value at the first point, to which the coefficients add.
     offset: f64,
     /// Coefficients over (t − at)/`scale_s`.
-    c: nalgebra::Vector4<f64>,
+    coefficients: Vec<f64>,
     scale_s: f64,
-    /// Sum of the squared residuals.
+    /// Sum of the squared residuals, and its degrees of freedom.
     squares: f64,
+    freedom: usize,
 }
 
-impl Cubic {
-    /// The cubic through the points, about the time `at`; `None` where it is not determined.
-    fn fit(t: &[f64], y: &[f64], at: f64) -> Option<Cubic> {
-        let (mut s, mut b) = ([0.0; 2 * COEFFICIENTS - 1], [0.0; COEFFICIENTS]);
+impl Polynomial {
+    /// The polynomial of `N` coefficients through the points, about the time `at`; `None` where it is not determined.
+    fn fit<const N: usize>(t: &[f64], y: &[f64], at: f64) -> Option<Polynomial> {
+        let (mut s, mut b) = (vec![0.0; 2 * N - 1], [0.0; N]);
         let offset = *y.first()?;
         let scale_s = (t[t.len() - 1] - t[0]).max(f64::MIN_POSITIVE);
         for (&t, &y) in t.iter().zip(y) {
@@ -103,32 +146,45 @@ impl Cubic {
             let mut power = 1.0;
             for (k, s) in s.iter_mut().enumerate() {
                 *s += power;
-                if k < COEFFICIENTS {
+                if k < N {
                     b[k] += power * (y - offset);
                 }
                 power *= x;
             }
         }
-        let m = nalgebra::Matrix4::from_fn(|i, j| s[i + j]);
-        let c = m.lu().solve(&nalgebra::Vector4::from(b))?;
-        let residual = |(&t, &y): (&f64, &f64)| {
-            let x = (t - at) / scale_s;
-            y - offset - (c[0] + x * (c[1] + x * (c[2] + x * c[3])))
-        };
+        let m = nalgebra::SMatrix::<f64, N, N>::from_fn(|i, j| s[i + j]);
+        let coefficients = m.cholesky()?.solve(&nalgebra::SVector::from(b)).as_slice().to_vec();
+        let freedom = t.len().checked_sub(N)?;
+        let residual = |(&t, &y): (&f64, &f64)| y - offset - horner(&coefficients, (t - at) / scale_s);
         let squares = t.iter().zip(y).map(|point| residual(point).powi(2)).sum();
-        Some(Cubic { offset, c, scale_s, squares })
+        Some(Polynomial { offset, coefficients, scale_s, squares, freedom })
     }
 
     /// Value at its time.
     fn value(&self) -> f64 {
-        self.offset + self.c[0]
+        self.offset + self.coefficients[0]
     }
 
     /// Slope `later_s` after its time.
     fn slope_at(&self, later_s: f64) -> f64 {
-        let x = later_s / self.scale_s;
-        (self.c[1] + x * (2.0 * self.c[2] + x * 3.0 * self.c[3])) / self.scale_s
+        let slope: Vec<f64> = self.coefficients.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c).collect();
+        horner(&slope, later_s / self.scale_s) / self.scale_s
     }
+
+    /// Variance of the points about it; `None` where it passes through all of them.
+    fn variance(&self) -> Option<f64> {
+        (self.freedom > 0).then(|| self.squares / self.freedom as f64)
+    }
+
+    /// Its scatter is that of the other rows.
+    fn describes(&self, usual: f64) -> bool {
+        self.freedom == 0 || usual <= 0.0 || chi_squared_tail(self.squares / usual, self.freedom as f64) >= REFUTED_P
+    }
+}
+
+/// The polynomial with these coefficients, lowest power first, at x.
+fn horner(coefficients: &[f64], x: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
 #[cfg(test)]
