@@ -140,6 +140,28 @@ fn own_cogging_is_found_and_leaves_the_noise() {
     assert_eq!(order(&e.model), stand.effects["cogging"].get("cogging_order").copied());
 }
 
+/// Without a measured temperature the coefficient of the resistance and the heat capacity have no scale. The answer says so, and gives the values of a copper winding.
+#[test]
+fn temperature_of_the_winding_has_no_scale_without_a_thermometer() {
+    let mut stand = Stand::default();
+    hide("resistance-temperature", &mut stand).unwrap();
+    let log = own::log(&stand, Mode::Voltage, ProfileKind::MultiStep, 60.0, 5);
+    let columns = log.columns().iter().filter(|c| c.name != "temp_C");
+    let columns = columns.map(|c| Column { name: c.name.clone(), values: c.values.clone() }).collect();
+    let log = Log::new("cold.csv", columns, log.notes().clone()).unwrap();
+    let e = answer(vec![log], &own::model(&[1.0; 6]));
+    assert_eq!(e.missing, ["resistance-temperature"]);
+    let scale = e.remarks.iter().find_map(|r| match r {
+        Remark::TemperatureScale { copper_K_W, copper_J_K, .. } => Some((*copper_K_W, *copper_J_K)),
+        _ => None,
+    });
+    let truth = &stand.effects["resistance-temperature"];
+    let (K_W, J_K) = scale.expect("a remark");
+    // The log is a third of the time constant long.
+    assert!((J_K / truth["thermal_J_K"] - 1.0).abs() < 0.15, "{K_W} K/W, {J_K} J/K of {truth:?}");
+    assert!((K_W / truth["thermal_K_W"] - 1.0).abs() < 0.5, "{K_W} K/W, {J_K} J/K of {truth:?}");
+}
+
 /// Under the speed loop a soft shaft may oscillate until the drive trips. Above the resonance the platform opposes the motor, which is no exchange of columns and no
 /// reversed sign.
 #[test]

@@ -24,6 +24,9 @@ use crate::identify::recording_conventions::{Convention, Recording, apply, fit_a
 use crate::log::VoltageSource;
 use crate::model::{Input, Model};
 
+/// Temperature coefficient of the resistance of copper, 1/K (IEC 60034-1, at 20 to 25 °C).
+const COPPER_PER_K: f64 = 0.0039;
+
 /// A fitted model and the data it was fitted to.
 pub struct FittedModel<'a> {
     /// Logs and criteria.
@@ -221,6 +224,17 @@ impl<'a> FittedModel<'a> {
         let fixed = names(&mut parameters.list.iter().filter(|p| p.fixed && p.kind != ParameterKind::HarmonicOrder));
         let at_bounds = names(&mut parameters.at_bounds().into_iter().map(|k| &parameters.list[k]));
         (!fixed.is_empty() || !at_bounds.is_empty()).then_some(Remark::NotFree { fixed, at_bounds })
+    }
+
+    /// A remark that the winding's temperature has no scale in this log: where it is not measured, only α/C and C R_th are determined, and α is that for an assumed R_th.
+    pub fn temperature_scale(&self) -> Option<Remark> {
+        let value = |name: &str, fixed: bool| self.fit.parameters.list.iter().find(|p| p.name == name && p.fixed == fixed).map(|p| p.value);
+        let (per_K, J_K, K_W) = (value("resistance_per_K", false)?, value("thermal_J_K", false)?, value("thermal_K_W", true)?);
+        (self.data.temp_C.is_none() && per_K > 0.0).then(|| Remark::TemperatureScale {
+            assumed_K_W: K_W,
+            copper_K_W: K_W * per_K / COPPER_PER_K,
+            copper_J_K: J_K * COPPER_PER_K / per_K,
+        })
     }
 
     /// A remark that this model with a bridge that coasts in the off time of its PWM fits better than `last` does with one that brakes; `None` where a note states the bridge, or

@@ -271,6 +271,11 @@ pub fn explain_until(
         search.remarks.extend(by_prediction_errors.then_some(Remark::ByPredictionErrors));
         search.remarks.extend(last.fit.rests_on_course.then_some(Remark::RestsOnCourse));
     }
+    if verdict != Verdict::UnknownStructure
+        && let Some(last) = search.models.last()
+    {
+        search.remarks.extend(last.temperature_scale());
+    }
     if matches!(verdict, Verdict::PartlyExplained | Verdict::UnknownStructure)
         && let (Some(first), Some(last)) = (search.models.first(), search.models.last())
     {

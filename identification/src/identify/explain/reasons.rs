@@ -234,6 +234,15 @@ pub enum Remark {
         /// Its name.
         effect: String,
     },
+    /// The temperature of the winding has no scale in this log: its thermal resistance was assumed.
+    TemperatureScale {
+        /// The assumed thermal resistance, K/W.
+        assumed_K_W: f64,
+        /// Thermal resistance of a copper winding, K/W.
+        copper_K_W: f64,
+        /// Heat capacity of a copper winding, J/K.
+        copper_J_K: f64,
+    },
     /// These effects leave too much of the error to be its cause.
     TooMuchLeft {
         /// The effects.

@@ -19,7 +19,9 @@ pub(super) fn check(log: &Log, input: &str) -> Vec<Defect> {
         return vec![Defect::MissingInput { input: input.to_owned() }];
     };
     let input = known(input).map_or("t_s", |c| c.name);
-    let whole: Vec<&'static str> = MEASURED.into_iter().filter(|c| log.column(c).is_some_and(is_whole)).collect();
+    // A current that is commanded may well be whole: a profile of ± 4 A.
+    let is_command = |column: &str| column == input && column == "i_A";
+    let whole: Vec<&'static str> = MEASURED.into_iter().filter(|c| !is_command(c) && log.column(c).is_some_and(is_whole)).collect();
     if !whole.is_empty() {
         defects.push(Defect::WholeNumbers { columns: whole });
     }

@@ -132,6 +132,9 @@ fn each_corruption_is_found(log: &Log) {
     finds(&no_current, "u_V", DefectCode::ConstantChannel, |d| d.columns() == ["i_A"]);
     let truncated = with(log, |name, v, _| Some(if name == "omega_rad_s" { v.trunc() } else { v }));
     finds(&truncated, "u_V", DefectCode::WholeNumbers, |d| d.columns() == ["omega_rad_s"]);
+    let whole_current = with(log, |name, v, k| Some(if name == "i_A" { if k / 100 % 2 == 0 { 4.0 } else { -4.0 } } else { v }));
+    let is_refused = |input| check(&whole_current, input).iter().any(|d| d.code() == DefectCode::WholeNumbers);
+    assert!(is_refused("u_V") && !is_refused("i_A"), "measured, and commanded");
     finds(&without(log, &["u_V"]), "u_V", DefectCode::MissingInput, |d| *d == Defect::MissingInput { input: "u_V".to_owned() });
     let other =
         |name: &str, v: f64, k: usize| Some(if name == "omega_rad_s" { log.column("omega_rad_s").unwrap()[log.len() - 1 - k] } else { v });
