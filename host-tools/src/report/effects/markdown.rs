@@ -14,7 +14,7 @@ test fails if the page and the cards differ). `stand effects ID` prints one effe
 
 The model without effects is a rigid rotor J ω' = K i with a quasi-static armature i = (u − K ω)/R. Positive torque, voltage and current turn towards
 positive θ; torques act on the rotor. T is the winding temperature, T0 = 25 °C. Amplitudes are ≥ 0, phases lie in [0, 2π), harmonic orders are whole
-numbers, unless the card says otherwise; t counts from the first row of the log. A fit that ends outside a parameter's range is refused as an explanation. An effect may be given by the user as an expression instead
+numbers, unless the card says otherwise; t is the time of the log (t_s), or the time since its first row where the card says so. A fit that ends outside a parameter's range is refused as an explanation. An effect may be given by the user as an expression instead
 ([logs-and-models.md](logs-and-models.md#effects-of-your-own)).
 
 *Requires* names effects of which the model must contain one before `explain` tries the effect. *Family* names effects that some logs cannot
