@@ -12,7 +12,7 @@ const MIN_ROWS: usize = 3;
 /// Coefficients of a cubic, which describes most windows, and of a quintic.
 const CUBIC: usize = 4;
 const QUINTIC: usize = 6;
-/// Probability below which a polynomial is refuted: a cubic by what the two more coefficients of a quintic explain; a quintic by its scatter.
+/// Probability below which a cubic is refuted: by what the two more coefficients of a quintic explain, or by its scatter.
 const REFUTED_P: f64 = 1e-3;
 
 /// The motion at a row.
@@ -60,7 +60,8 @@ pub fn along(angle: &MeasuredAngle, segments: &[Range<usize>]) -> Vec<KnownMotio
                 let Some(fits) = fits else { continue };
                 let has_bend = bent_before[fits.window.end] > bent_before[fits.window.start];
                 let fit = fits.quintic.as_ref().filter(|_| has_bend).unwrap_or(&fits.cubic);
-                let is_resolved = fits.is_symmetric && fit.describes(usual);
+                // A quintic follows a corner that a cubic hardly shows, not one that a cubic does not describe at all.
+                let is_resolved = fits.is_symmetric && fits.cubic.describes(usual);
                 if width == narrowest || (is_resolved && !has_bend) {
                     list[row] = KnownMotion {
                         theta_rad: fit.value(),
