@@ -338,23 +338,21 @@ impl<S: Scalar> Rig<S> {
         if self.input == Input::Current {
             return S::from(row.input);
         }
-        if self.structure.inductance_H.is_some() && (state.step_s == 0.0 || state.current == 0.0 || row.connected < 1.0) {
-            return state.current;
-        }
         let omega = self.motor_omega(state);
         let total = self.contributions(&self.point(row, Part::BEGIN, state.theta, omega, state.current, state.heat_K), row, state.theta);
         let motor_constant = self.base.motor_constant * total.motor_factor;
-        match self.structure.inductance_H {
-            None => self.armature(&total, motor_constant, omega, state.current, row, Part::BEGIN).0,
-            Some(inductance) => {
-                // A step has the back-EMF of its middle, which makes its mean current right. Along a ramp of the rate the current at its end is that of a back-EMF δ earlier, where δ follows from
-                // δ = h e + (1 − e) h/2 + δ e with e = exp(−h R/L), and not L/R earlier.
-                let time_constant_s = inductance / (self.base.resistance * total.resistance_factor + total.series_ohm);
-                let settled = -(-S::from(state.step_s) / time_constant_s).exp_m1();
-                let late_s = settled.recip() * state.step_s - 0.5 * state.step_s;
-                state.current - motor_constant * state.acceleration_rad_s2 * (late_s - time_constant_s) * time_constant_s / inductance
-            }
+        let Some(inductance) = self.structure.inductance_H else {
+            return self.armature(&total, motor_constant, omega, state.current, row, Part::BEGIN).0;
+        };
+        if state.step_s == 0.0 || state.current == 0.0 || row.connected < 1.0 {
+            return state.current;
         }
+        // Along a ramp of the rate the current follows the back-EMF with the delay L/R. A step of length h takes the back-EMF of its middle: its mean current is right, but the current at its end
+        // has the delay h/(1 − exp(−h R/L)) − h/2.
+        let time_constant_s = inductance / (self.base.resistance * total.resistance_factor + total.series_ohm);
+        let settled = -(-S::from(state.step_s) / time_constant_s).exp_m1();
+        let delay_s = settled.recip() * state.step_s - 0.5 * state.step_s;
+        state.current - motor_constant * state.acceleration_rad_s2 * (delay_s - time_constant_s) * time_constant_s / inductance
     }
 
     /// Sum of the contributions of all effects at `x`, a point of `row`, and of the regulator of a servo at the simulated angle `theta`. The regulator acts on

@@ -529,7 +529,8 @@ pub struct AdequacyCriteria {
     /// Fraction of the innovations' variance that the input must explain to matter; default 0.03, as in [`NoiseCriteria::noise`]: a smaller part of the white
     /// noise is within the accuracy of the simulation, however many rows show it.
     pub min_input_fraction: f64,
-    /// Fraction of a residual's variance that may depend on rate, angle or temperature where it is otherwise put down to an input that is not known between its samples; default 0.1.
+    /// Fraction of a residual's variance that may depend on rate, angle or temperature where it is otherwise put down to an input that is not known between its samples; default 0.1, because
+    /// the part that the input may have left is itself an estimate.
     pub max_state_fraction: f64,
     /// Rows of the past input that are tested; default 30, at 1 kHz a usual mechanical time constant.
     pub lags: usize,

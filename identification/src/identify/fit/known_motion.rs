@@ -24,7 +24,7 @@ pub struct KnownMotion {
     pub omega_rad_s: f64,
     /// Rate at the time of the reading, which is older than the row, minus that at the row, rad/s.
     pub aged_rad_s: f64,
-    /// The angle resolves the motion here: its window lies within the segment, and a polynomial describes the angle.
+    /// The angle resolves the motion here: its window lies within the segment, and a cubic describes the angle.
     pub is_resolved: bool,
 }
 
@@ -40,40 +40,40 @@ pub struct MeasuredAngle<'a> {
     pub age_s: Option<&'a [f64]>,
 }
 
-/// The motion at each row of the segments, by least-squares cubics through the angle. Each row has the widest window in which a cubic describes the angle (Goldenshluger and Nemirovski, Math. Methods
-/// Stat. 6 (1997) 135): noise of the slope would otherwise favour a model that smooths it, such as a lag. Where the acceleration changes, a cubic smooths the corner, always to its inner side, and this
-/// error adds up to a dependence on the rate: a cubic is kept only where neither its own window nor that of a row within it refutes a cubic. In the narrowest window a quintic takes its place.
+/// The motion at each row of the segments, from a least-squares polynomial through the angle around it.
+///
+/// Each row has the widest window in which a cubic describes the angle (Goldenshluger and Nemirovski, Math. Methods Stat. 6 (1997) 135), because a noisy slope favours a model that smooths it, such as a
+/// lag. A cubic smooths the corners of the motion, always to their inner side, and this error adds up to a dependence on the rate. It is therefore used only where no row of the window refutes it; in
+/// the narrowest window a quintic takes its place.
 pub fn along(angle: &MeasuredAngle, segments: &[Range<usize>]) -> Vec<KnownMotion> {
-    let MeasuredAngle { t_s, quantum_rad, age_s, .. } = *angle;
-    let mut list = vec![KnownMotion { theta_rad: 0.0, omega_rad_s: 0.0, aged_rad_s: 0.0, is_resolved: false }; t_s.len()];
-    let narrowest = HALF_WINDOWS_S.len() - 1;
+    let mut list = vec![KnownMotion { theta_rad: 0.0, omega_rad_s: 0.0, aged_rad_s: 0.0, is_resolved: false }; angle.t_s.len()];
     for (width, half_s) in HALF_WINDOWS_S.into_iter().enumerate().rev() {
+        let is_narrowest = width + 1 == HALF_WINDOWS_S.len();
         let fits: Vec<Vec<Option<LocalFits>>> = segments.iter().map(|rows| local_fits(angle, rows, half_s)).collect();
         let mut variances: Vec<f64> = fits.iter().flatten().flatten().filter_map(|fits| fits.cubic.variance()).collect();
-        let usual = median_in_place(&mut variances).unwrap_or(0.0).max(quantum_rad * quantum_rad / 12.0);
+        let usual = median_in_place(&mut variances).unwrap_or(0.0).max(angle.quantum_rad * angle.quantum_rad / 12.0);
         for (rows, fits) in segments.iter().zip(&fits) {
-            let mut bent_before = vec![0; fits.len() + 1];
-            for (k, fits) in fits.iter().enumerate() {
-                bent_before[k + 1] = bent_before[k] + usize::from(fits.as_ref().is_some_and(|f| f.is_bent(usual)));
-            }
-            for (row, fits) in rows.clone().zip(fits) {
-                let Some(fits) = fits else { continue };
+            let bent_before = bent_before(fits, usual);
+            for (row, fits) in rows.clone().zip(fits).filter_map(|(row, fits)| Some((row, fits.as_ref()?))) {
                 let has_bend = bent_before[fits.window.end] > bent_before[fits.window.start];
-                let fit = fits.quintic.as_ref().filter(|_| has_bend).unwrap_or(&fits.cubic);
-                // A quintic follows a corner that a cubic hardly shows, not one that a cubic does not describe at all.
-                let is_resolved = fits.is_symmetric && fits.cubic.describes(usual);
-                if width == narrowest || (is_resolved && !has_bend) {
-                    list[row] = KnownMotion {
-                        theta_rad: fit.value(),
-                        omega_rad_s: fit.slope_at(0.0),
-                        aged_rad_s: age_s.map_or(0.0, |age| fit.slope_at(-age[row]) - fit.slope_at(0.0)),
-                        is_resolved,
-                    };
+                let motion = fits.motion(has_bend, usual, angle.age_s.map_or(0.0, |age| age[row]));
+                if is_narrowest || (motion.is_resolved && !has_bend) {
+                    list[row] = motion;
                 }
             }
         }
     }
     list
+}
+
+/// Number of rows before each row, and before the end, whose window refutes a cubic.
+fn bent_before(fits: &[Option<LocalFits>], usual: f64) -> Vec<usize> {
+    let bent = fits.iter().map(|fits| usize::from(fits.as_ref().is_some_and(|f| f.is_bent(usual))));
+    let sums = bent.scan(0, |sum, bent| {
+        *sum += bent;
+        Some(*sum)
+    });
+    std::iter::once(0).chain(sums).collect()
 }
 
 /// The polynomials through the window of a row.
@@ -88,6 +88,17 @@ struct LocalFits {
 }
 
 impl LocalFits {
+    /// The motion at the row, of a reading that is `age_s` older: of the quintic if the window has a bend. A quintic follows a corner that a cubic hardly shows, not one that a cubic does not describe.
+    fn motion(&self, has_bend: bool, usual: f64, age_s: f64) -> KnownMotion {
+        let fit = self.quintic.as_ref().filter(|_| has_bend).unwrap_or(&self.cubic);
+        KnownMotion {
+            theta_rad: fit.value(),
+            omega_rad_s: fit.slope_at(0.0),
+            aged_rad_s: fit.slope_at(-age_s) - fit.slope_at(0.0),
+            is_resolved: self.is_symmetric && self.cubic.describes(usual),
+        }
+    }
+
     /// The quintic explains more than the cubic does, against the `usual` variance.
     fn is_bent(&self, usual: f64) -> bool {
         let added = (QUINTIC - CUBIC) as f64;
@@ -128,8 +139,8 @@ fn symmetric(t: &[f64], from: usize, at: usize, to: usize) -> bool {
 struct Polynomial {
     /// Value at the first point, to which the coefficients add.
     offset: f64,
-    /// Coefficients over (t − at)/`scale_s`.
-    coefficients: Vec<f64>,
+    /// Coefficients over (t − at)/`scale_s`; zeros beyond those of a cubic.
+    coefficients: [f64; QUINTIC],
     scale_s: f64,
     /// Sum of the squared residuals, and its degrees of freedom.
     squares: f64,
@@ -154,7 +165,8 @@ impl Polynomial {
             }
         }
         let m = nalgebra::SMatrix::<f64, N, N>::from_fn(|i, j| s[i + j]);
-        let coefficients = m.cholesky()?.solve(&nalgebra::SVector::from(b)).as_slice().to_vec();
+        let mut coefficients = [0.0; QUINTIC];
+        coefficients[..N].copy_from_slice(m.cholesky()?.solve(&nalgebra::SVector::from(b)).as_slice());
         let freedom = t.len().checked_sub(N)?;
         let residual = |(&t, &y): (&f64, &f64)| y - offset - horner(&coefficients, (t - at) / scale_s);
         let squares = t.iter().zip(y).map(|point| residual(point).powi(2)).sum();
@@ -168,7 +180,7 @@ impl Polynomial {
 
     /// Slope `later_s` after its time.
     fn slope_at(&self, later_s: f64) -> f64 {
-        let slope: Vec<f64> = self.coefficients.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c).collect();
+        let slope: [f64; QUINTIC - 1] = std::array::from_fn(|k| (k + 1) as f64 * self.coefficients[k + 1]);
         horner(&slope, later_s / self.scale_s) / self.scale_s
     }
 
