@@ -36,8 +36,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let wall_s = begun.elapsed().as_secs_f64();
     sent.push_str(&String::from_utf8_lossy(&machine.take_sent()));
-    for line in machine.log() {
-        println!("log: {line}");
+    if let Some(table) = defmt_decoder::Table::parse(&std::fs::read(&path)?)? {
+        let mut decoder = table.new_stream_decoder();
+        decoder.received(machine.log());
+        while let Ok(frame) = decoder.decode() {
+            println!("log: {}", frame.display(false));
+        }
     }
     println!("serial line:\n{sent}");
     let reached_s = seconds(machine.now());

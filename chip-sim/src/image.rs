@@ -1,6 +1,5 @@
-//! The flashed image: loadable segments, symbols and log formats of an ELF file.
+//! The flashed image: loadable segments and symbols of an ELF file.
 
-use defmt_decoder::Table;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol, SymbolKind};
 use std::collections::BTreeMap;
@@ -35,7 +34,6 @@ pub struct Image {
     symbols: BTreeMap<String, u32>,
     /// Start address and name of each function.
     functions: BTreeMap<u32, String>,
-    log: Option<Table>,
 }
 
 impl Image {
@@ -73,8 +71,7 @@ impl Image {
             }
             symbols.insert(name, address);
         }
-        let log = Table::parse(bytes).map_err(|error| error.to_string())?;
-        Ok(Self { segments, symbols, functions, log })
+        Ok(Self { segments, symbols, functions })
     }
 
     /// Address of a symbol by its whole name.
@@ -93,13 +90,5 @@ impl Image {
             Some((start, name)) => format!("{address:#010x} ({name} + {:#x})", address - start),
             None => format!("{address:#010x}"),
         }
-    }
-
-    /// Log messages in the bytes of the image's log channel.
-    pub fn decode_log(&self, bytes: &[u8]) -> Vec<String> {
-        let Some(table) = &self.log else { return Vec::new() };
-        let mut decoder = table.new_stream_decoder();
-        decoder.received(bytes);
-        std::iter::from_fn(|| decoder.decode().ok().map(|frame| frame.display(false).to_string())).collect()
     }
 }

@@ -192,10 +192,10 @@ impl<'i> Machine<'i> {
         self.soc.usart.transmitted.drain(..).map(|(_, byte)| byte).collect()
     }
 
-    /// Log messages since power-on.
-    pub fn log(&mut self) -> Vec<String> {
+    /// What the image has logged since power-on, as defmt encodes it: the image's file has the texts.
+    pub fn log(&mut self) -> &[u8] {
         self.drain_log();
-        self.image.decode_log(&self.log)
+        &self.log
     }
 
     fn drain_log(&mut self) {

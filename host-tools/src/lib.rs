@@ -17,4 +17,4 @@ pub mod panel;
 pub mod report;
 pub mod stability;
 
-pub use identification::{deadline, files, identify, log, model, statistics, words};
+pub use identification::{budget, deadline, files, identify, log, model, statistics, words};

@@ -1,8 +1,9 @@
 //! Logs, models and identification: from the file of a measurement to the parameters of a drive and the physical effect that its model lacks.
 //!
-//! Layers, lowest first: [`statistics`], [`files`], [`words`] and [`deadline`]; [`log`]; [`model`]; [`identify`]. All of them return data; text, HTML and JSON are made in
+//! Layers, lowest first: [`statistics`], [`files`], [`words`], [`deadline`] and [`budget`]; [`log`]; [`model`]; [`identify`]. All of them return data; text, HTML and JSON are made in
 //! `host-tools`.
 
+pub mod budget;
 pub mod deadline;
 pub mod files;
 pub mod identify;

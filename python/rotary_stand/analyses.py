@@ -20,8 +20,8 @@ from .model import Model
 LogLike = Any
 ModelLike = Union[Model, str, "os.PathLike[str]"]
 
-#: Time limit of a fit or a search, s, as on the command line.
-TIME_LIMIT_S = 60.0
+#: Limit of the effort of a search, passes, as on the command line.
+EFFORT_PASSES = 400_000
 
 
 def _model(model: ModelLike) -> Model:
@@ -56,6 +56,12 @@ def _limit(time_limit_s: float | None) -> float | None:
     return time_limit_s
 
 
+def _effort(effort: int | None) -> int | None:
+    if effort is not None and not effort > 0:
+        raise ValueError(f"effort {effort}: must be a positive number of passes, or None")
+    return effort
+
+
 def compare(log: LogLike, model: ModelLike, *, progress: Progress = False) -> Comparison:
     """Compares a model with a log or several; its parameters are kept, only the initial states are fitted.
 
@@ -81,7 +87,7 @@ def fit(
     model: ModelLike,
     *,
     all_rows: bool = False,
-    time_limit_s: float | None = TIME_LIMIT_S,
+    time_limit_s: float | None = None,
     progress: Progress = False,
 ) -> Fit:
     """Fits the free parameters of a model to a log or several together, with standard uncertainties; the values of the model are the start.
@@ -97,17 +103,20 @@ def explain(
     log: LogLike,
     model: ModelLike,
     *,
-    engine: str = "whitened",
-    time_limit_s: float | None = TIME_LIMIT_S,
+    effort: int | None = EFFORT_PASSES,
+    state: str | None = None,
+    time_limit_s: float | None = None,
     progress: Progress = False,
 ) -> Explanation:
     """Finds the physical effect that a model lacks in a log or in several together, with the evidence.
 
-    ``engine``: ``whitened`` or ``prediction-error``. After ``time_limit_s`` the verdict is ``not-finished``. Errors as of :func:`compare`.
+    ``effort``: rows simulated × (1 + derivatives), over the rows of the logs, after which the verdict is ``not-finished``; ``None``: no limit. ``state``: that of an
+    answer which was not finished, :attr:`Explanation.state`, to go on from. ``time_limit_s``: a limit of time, s, with which the answer depends on the machine.
+    Errors as of :func:`compare`; ValueError if the state is that of another model or log.
     """
     model = _model(model)
     with reporting(progress) as report:
-        return Explanation(_native.explain(_logs(log, model.columns), model._native, engine, _limit(time_limit_s), report))
+        return Explanation(_native.explain(_logs(log, model.columns), model._native, _effort(effort), state, _limit(time_limit_s), report))
 
 
 def allan(

@@ -278,6 +278,11 @@ class Explanation(_WithSeries):
         return str(self.data["verdict"])
 
     @property
+    def state(self) -> str | None:
+        """The state of a search that is ``not-finished``, for ``explain(…, state=…)``; None otherwise."""
+        return self._native.state
+
+    @property
     def missing(self) -> list[str]:
         """The missing effects, in the order in which they were added."""
         return list(self.data["missing"])

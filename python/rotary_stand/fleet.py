@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Union
 
 from . import _convert, _native
 from ._progress import Progress, reporting
-from .analyses import TIME_LIMIT_S, ModelLike, _limit, _model
+from .analyses import EFFORT_PASSES, ModelLike, _effort, _limit, _model
 from .answers import FleetReport, FleetTable
 
 if TYPE_CHECKING:
@@ -46,8 +46,8 @@ def explain(
     out: PathLike,
     client: Client | None = None,
     stands: PathLike | None = None,
-    engine: str = "whitened",
-    time_limit_s: float | None = TIME_LIMIT_S,
+    effort: int | None = EFFORT_PASSES,
+    time_limit_s: float | None = None,
     threads: int | None = None,
     progress: Progress = False,
 ) -> FleetTable:
@@ -64,13 +64,13 @@ def explain(
     names = [_convert.path_of(paths)] if isinstance(paths, (str, os.PathLike)) else [_convert.path_of(path) for path in paths]
     table = _convert.path_of(out)
     logs = [path for path in _native.fleet_logs(names) if os.path.abspath(path) != os.path.abspath(table)]
-    limit = _limit(time_limit_s)
-    session = _native.FleetSession(table, model._native, engine, limit, None if stands is None else _convert.path_of(stands))
+    effort, limit = _effort(effort), _limit(time_limit_s)
+    session = _native.FleetSession(table, model._native, effort, limit, None if stands is None else _convert.path_of(stands))
     try:
         with reporting(progress) as told:
             if client is None:
                 return FleetTable(session.run(logs, threads or os.cpu_count() or 1, told))
-            task = _Task(model.to_toml(), engine, limit)
+            task = _Task(model.to_toml(), effort, limit)
             return FleetTable(_on_cluster(session, logs, task, client, told))
     finally:
         session.close()
@@ -89,14 +89,14 @@ def report(tables: PathLike | Sequence[PathLike], *, since: str | None = None, s
 class _Task:
     """What a worker is asked about a log; small, since it travels with each task."""
 
-    def __init__(self, model: str, engine: str, time_limit_s: float | None) -> None:
+    def __init__(self, model: str, effort: int | None, time_limit_s: float | None) -> None:
         self.model = model
-        self.engine = engine
+        self.effort = effort
         self.time_limit_s = time_limit_s
 
     def __call__(self, log: tuple[str, str, int]) -> str:
         path, sha256, size = log
-        return _native.fleet_row(path, sha256, size, _parsed(self.model), self.engine, self.time_limit_s)
+        return _native.fleet_row(path, sha256, size, _parsed(self.model), self.effort, self.time_limit_s)
 
 
 @lru_cache(maxsize=4)

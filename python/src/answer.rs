@@ -21,12 +21,15 @@ pub struct Answer {
     html: String,
     series: Option<host_tools::log::Log>,
     model: Option<host_tools::model::Model>,
+    /// State of a search that was not finished, to go on from; None for any other answer.
+    #[pyo3(get)]
+    state: Option<String>,
 }
 
 impl Answer {
     /// An answer without series and model.
     pub fn new(json: &Value, text: String, html: String) -> Self {
-        Answer { json: json.to_string(), text, html, series: None, model: None }
+        Answer { json: json.to_string(), text, html, series: None, model: None, state: None }
     }
 
     /// The same with the measured and modelled series.
@@ -37,6 +40,11 @@ impl Answer {
     /// The same with a model that the analysis made.
     pub fn with_model(self, model: host_tools::model::Model) -> Self {
         Answer { model: Some(model), ..self }
+    }
+
+    /// The same with the state of a search that was not finished.
+    pub fn with_state(self, state: Option<String>) -> Self {
+        Answer { state, ..self }
     }
 }
 

@@ -16,7 +16,6 @@ use pyo3::prelude::*;
 
 use crate::answer::Answer;
 use crate::error::analysis_error;
-use crate::explain::engine_of;
 use crate::model::Model;
 use crate::task;
 
@@ -43,10 +42,10 @@ pub fn fleet_row(
     sha256: String,
     bytes: i64,
     model: &Model,
-    engine: &str,
+    effort: Option<u64>,
     time_limit_s: Option<f64>,
 ) -> PyResult<String> {
-    let criteria = criteria_of(engine)?;
+    let criteria = criteria_of(effort);
     let (model, hash) = (model.copy(), FileHash { sha256, bytes });
     task::run(py, None, move |task| {
         let deadline = task.deadline(time_limit_s);
@@ -56,10 +55,10 @@ pub fn fleet_row(
     })
 }
 
-fn criteria_of(engine: &str) -> PyResult<Criteria> {
+fn criteria_of(effort: Option<u64>) -> Criteria {
     let mut criteria = Criteria::default();
-    criteria.search.engine = engine_of(engine)?;
-    Ok(criteria)
+    criteria.search.max_passes = effort;
+    criteria
 }
 
 fn identities_of(stands: Option<PathBuf>) -> PyResult<IdentityTable> {
@@ -82,14 +81,13 @@ type Hashed = (String, Option<String>, Option<i64>, Option<String>);
 impl FleetSession {
     /// Opens the journal of the table, or creates it.
     #[new]
-    fn new(table: PathBuf, model: &Model, engine: &str, time_limit_s: Option<f64>, stands: Option<PathBuf>) -> PyResult<Self> {
-        criteria_of(engine)?;
+    fn new(table: PathBuf, model: &Model, effort: Option<u64>, time_limit_s: Option<f64>, stands: Option<PathBuf>) -> PyResult<Self> {
         let model = model.copy();
         let settings = Settings {
             model_name: model.name().to_owned(),
             model: model.to_toml(),
-            engine: engine.to_owned(),
             build: stand_firmware::VERSION.to_owned(),
+            effort_limit_passes: effort.and_then(|passes| i64::try_from(passes).ok()),
             time_limit_s,
         };
         let identities = identities_of(stands)?;
@@ -149,7 +147,7 @@ impl FleetSession {
         let settings = session.settings().clone();
         let model =
             host_tools::model::Model::parse(&settings.model, &settings.model_name).map_err(|error| crate::error::model_error(&error))?;
-        let criteria = criteria_of(&settings.engine)?;
+        let criteria = criteria_of(settings.effort_limit_passes.and_then(|passes| u64::try_from(passes).ok()));
         task::run(py, progress.as_ref(), move |task| {
             let total = paths.len();
             let callbacks = Callbacks {

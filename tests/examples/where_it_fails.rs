@@ -12,11 +12,9 @@ use host_tools::report;
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
+use stand_tests::fails;
 use stand_tests::foreign::{cases, stand_data};
 use stand_tests::own;
-
-#[path = "../tests/common/fails.rs"]
-mod fails;
 
 const PROFILES: [ProfileKind; 3] = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs];
 

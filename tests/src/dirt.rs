@@ -23,6 +23,8 @@ pub enum Dirt {
     SlowInstant,
     /// 200 Hz; the voltage is the mean over the row, within which it moves.
     SlowMean,
+    /// An encoder of 1000 counts per turn.
+    Counts,
 }
 
 /// Probability of an outlier.
@@ -33,12 +35,14 @@ const OUTLIER_SIGMAS: f64 = 20.0;
 const COLOUR: f64 = 0.9;
 /// Standard deviation of coloured noise over that of the white noise.
 const COLOURED_RATIO: f64 = 2.0;
+/// Counts per turn of a coarse encoder.
+const COARSE_COUNTS: f64 = 1000.0;
 /// Rows of a log at 1 kHz that make a row at 200 Hz.
 const DECIMATION: usize = 5;
 
 impl Dirt {
     /// All kinds.
-    pub const ALL: [Dirt; 6] = [Dirt::Clean, Dirt::Jitter, Dirt::Outliers, Dirt::Coloured, Dirt::SlowInstant, Dirt::SlowMean];
+    pub const ALL: [Dirt; 7] = [Dirt::Clean, Dirt::Jitter, Dirt::Outliers, Dirt::Coloured, Dirt::SlowInstant, Dirt::SlowMean, Dirt::Counts];
 
     /// Name in tables.
     pub fn name(self) -> &'static str {
@@ -49,6 +53,7 @@ impl Dirt {
             Dirt::Coloured => "coloured",
             Dirt::SlowInstant => "slow-instant",
             Dirt::SlowMean => "slow-mean",
+            Dirt::Counts => "counts",
         }
     }
 
@@ -81,6 +86,12 @@ impl Dirt {
                             *value += if draw.even() < 0.5 { OUTLIER_SIGMAS } else { -OUTLIER_SIGMAS } * sigma;
                         }
                     }
+                }
+            }
+            Dirt::Counts => {
+                let count_rad = std::f64::consts::TAU / COARSE_COUNTS;
+                for column in columns.iter_mut().filter(|c| c.name == "theta_rad") {
+                    column.values.iter_mut().for_each(|angle| *angle = (*angle / count_rad).floor() * count_rad);
                 }
             }
             Dirt::Coloured => {

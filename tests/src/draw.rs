@@ -9,6 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use drive_model::{Card, ParameterKind, PeriodOf, Screening, cards};
+use hal_sim::peripherals::SensorSetup;
 use hal_sim::plant::outsiders::{
     self, BadContact, BadLines, BallDefect, FluidRotor, GrindingBearing, HuntingSupply, Outsiders, SaggingConverter, SectorRub,
     SlippingClutch, StickyRateSensor, WanderingLoad,
@@ -224,6 +225,29 @@ impl Drawn {
             ParameterKind::Phase => (value + draw.even((-MAX_PARAMETER_ERROR, MAX_PARAMETER_ERROR))).rem_euclid(std::f64::consts::TAU),
             _ => value * (1.0 + draw.even((-MAX_PARAMETER_ERROR, MAX_PARAMETER_ERROR))),
         })
+    }
+
+    /// A model without effects, with the user's values of the base.
+    pub fn empty_model(&self) -> Model {
+        let mut empty = self.user_model();
+        for effect in empty.effect_names() {
+            empty.remove(&effect).expect("an effect of the model");
+        }
+        empty
+    }
+
+    /// The same stand and experiment, with sensors that have no noise.
+    #[must_use]
+    pub fn without_noise(&self) -> Drawn {
+        let sensors = &self.stand.sensors;
+        let quiet = SensorSetup { current_noise_A: 0.0, rate_noise_rad_s: 0.0, supply_noise_V: 0.0, temp_noise_K: 0.0, ..sensors.clone() };
+        Drawn { stand: Stand { sensors: quiet, ..self.stand.clone() }, ..self.clone() }
+    }
+
+    /// The same stand at rest.
+    #[must_use]
+    pub fn at_rest(&self, seconds: f64) -> Drawn {
+        Drawn { mode: Mode::Voltage, amplitude: 0.0, seconds, ..self.clone() }
     }
 
     /// The true model, within the catalogue.

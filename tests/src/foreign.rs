@@ -48,7 +48,11 @@ pub fn cases(data: &Path) -> Vec<Case> {
     folders.iter().map(|folder| case(folder)).collect()
 }
 
-fn case(folder: &Path) -> Case {
+/// The case in a folder.
+///
+/// # Panics
+/// It is incomplete.
+pub fn case(folder: &Path) -> Case {
     let text = |name: &str| fs::read_to_string(folder.join(name)).expect("a file of the case");
     let answer: Value = serde_json::from_str(&text("truth.json")).expect("the answer");
     let hidden = answer["hidden"].as_str().expect("the hidden effect").to_owned();

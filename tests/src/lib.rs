@@ -4,13 +4,14 @@
 pub mod allan_coverage;
 pub mod bench;
 pub mod calibration;
-pub mod campaigns;
+pub mod campaign;
 pub mod coverage_table;
 pub mod dirt;
 pub mod draw;
 pub mod drawn_parts;
 pub mod drift;
 pub mod drift_coverage;
+pub mod fails;
 pub mod foreign;
 pub mod memory;
 pub mod own;
@@ -19,8 +20,6 @@ pub mod rate_accuracy;
 pub mod real;
 pub mod sensor;
 pub mod streaming;
-pub mod tables;
-pub mod verdicts;
 
 /// 0.975-quantile of the normal distribution.
 pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;

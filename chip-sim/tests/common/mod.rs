@@ -46,6 +46,15 @@ pub struct Chip {
 }
 
 impl Chip {
+    /// Log messages since power-on.
+    pub fn log(&mut self) -> Vec<String> {
+        let elf = std::fs::read(image_path()).unwrap();
+        let table = defmt_decoder::Table::parse(&elf).unwrap().unwrap();
+        let mut decoder = table.new_stream_decoder();
+        decoder.received(self.machine.log());
+        std::iter::from_fn(|| decoder.decode().ok().map(|frame| frame.display(false).to_string())).collect()
+    }
+
     /// The chip at power-on on this stand.
     pub fn on(stand: &Stand) -> Self {
         let plant = Plant::new(stand, START_RAD).unwrap();
@@ -80,7 +89,7 @@ impl Chip {
     /// Runs until `to`.
     pub fn run_until(&mut self, to: Time) {
         if let Err(halt) = self.machine.run_until(to) {
-            panic!("{halt}; log: {:#?}", self.machine.log());
+            panic!("{halt}; log: {:#?}", self.log());
         }
         self.received.append(&mut self.machine.take_sent());
     }
@@ -112,7 +121,7 @@ impl Chip {
                 return reply;
             }
         }
-        panic!("no reply to {line}; log: {:#?}", self.machine.log());
+        panic!("no reply to {line}; log: {:#?}", self.log());
     }
 
     /// The number at the start of a reply.

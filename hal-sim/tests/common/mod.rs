@@ -1,6 +1,9 @@
 //! One bench for both integrators, the rig (the model) and the plant (the simulated drive), with the same input.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
+pub mod host;
+pub mod sensor_bench;
+
 use drive_model::{Law, Reading};
 use drive_rig::{Base, Input, Rig, RowInput, State};
 use hal_sim::board::PlantPort;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use super::compare::implausible_log;
 use super::error::CliError;
@@ -14,7 +14,8 @@ use crate::files;
 use crate::fleet::run::{Callbacks, run};
 use crate::fleet::session::logs_of;
 use crate::fleet::{IdentityTable, Session, Settings};
-use crate::identify::explain::{Criteria, Engine, Explanation, Verdict};
+use crate::identify::explain::unfinished::SearchState;
+use crate::identify::explain::{Criteria, Explanation, Options};
 use crate::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together, logs_in};
 use crate::lab::check::begin_explain;
 use crate::model::Model;
@@ -22,24 +23,6 @@ use crate::report;
 use crate::report::explanation::sentences::progress;
 use crate::report::explanation::{folder_json, folder_text, folder_verdict};
 use crate::report::fleet::{RowRequest, row, run_json, run_text};
-
-/// How the evidence for an effect is measured.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum EngineName {
-    /// By the whitened residuals of the free run
-    Whitened,
-    /// By the innovations of a Kalman filter (prediction-error form); fewer false alarms on slow logs, measured on small samples only
-    PredictionError,
-}
-
-impl From<EngineName> for Engine {
-    fn from(name: EngineName) -> Self {
-        match name {
-            EngineName::PredictionError => Engine::PredictionError,
-            EngineName::Whitened => Engine::Whitened,
-        }
-    }
-}
 
 /// Identify the physical effect that a model lacks, with the evidence.
 #[derive(Debug, Args)]
@@ -56,15 +39,19 @@ pub(super) struct Explain {
     /// Write the model with the missing effects to this file instead
     #[arg(long, value_name = "MODEL")]
     out: Option<PathBuf>,
-    /// How the evidence is measured
-    #[arg(long, value_enum, default_value_t = EngineName::Whitened)]
-    engine: EngineName,
     /// Write the answers about the logs of a folder and its subfolders as a table to this file, .parquet, one row a log; continues an interrupted run
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
     /// Table of the stands of the logs for --table, .csv with the columns path, stand, date, batch, where the logs do not state them
     #[arg(long, value_name = "FILE", requires = "table")]
     stands: Option<PathBuf>,
+    /// Effort after which the search ends with the verdict not-finished: rows simulated × (1 + derivatives), over the rows of the logs; 0: none. Usual logs need
+    /// a tenth of it or less
+    #[arg(long, value_name = "PASSES", default_value_t = DEFAULT_EFFORT)]
+    effort: u64,
+    /// Continue a search that was not finished, from the state that it has written
+    #[arg(long = "continue", value_name = "STATE")]
+    from_state: Option<PathBuf>,
     #[command(flatten)]
     time_limit: TimeLimit,
     #[command(flatten)]
@@ -76,6 +63,9 @@ pub(super) struct Explain {
     #[command(flatten)]
     output: ReportOutput,
 }
+
+/// As [`crate::identify::explain::criteria::SearchCriteria::max_passes`].
+const DEFAULT_EFFORT: u64 = 400_000;
 
 impl From<ExplainLogsError> for CliError {
     fn from(error: ExplainLogsError) -> Self {
@@ -90,19 +80,18 @@ impl Explain {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         self.series.check()?;
-        let mut criteria = Criteria::default();
-        criteria.search.time_limit_s = self.time_limit.seconds()?;
-        criteria.search.engine = self.engine.into();
+        let time_limit_s = self.time_limit.seconds()?;
+        let options = || self.options(time_limit_s);
         self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
         self.import.apply(self.log.iter().map(PathBuf::as_path))?;
         let folder = self.log.iter().find(|p| p.is_dir());
         folder.map_or(Ok(()), |folder| self.check_folder_options(folder))?;
         match (folder, &self.table) {
-            (Some(folder), Some(table)) => self.write_table(folder, table, &criteria),
+            (Some(folder), Some(table)) => self.write_table(folder, table, options()),
             (Some(folder), None) => {
                 let model = Model::read(&self.model)?;
                 begin_explain(&logs_in(folder)?)?;
-                self.explain_folder(folder, &model, &criteria)
+                self.explain_folder(folder, &model, &options)
             }
             (None, Some(table)) => {
                 Err(CliError::in_file(table, "--table has one row for each log of a folder; name a folder instead of logs"))
@@ -110,15 +99,24 @@ impl Explain {
             (None, None) => {
                 let model = Model::read(&self.model)?;
                 begin_explain(&self.log)?;
-                self.explain_together(&model, &criteria)
+                self.explain_together(&model, options())
             }
         }
     }
 
+    /// The limits of one search, which begins now.
+    fn options(&self, time_limit_s: Option<f64>) -> Options<'static> {
+        let mut criteria = Criteria::default();
+        criteria.search.max_passes = (self.effort > 0).then_some(self.effort);
+        Options { criteria, deadline: Deadline::after_s(time_limit_s), state: None }
+    }
+
     /// Explains the logs together, with one set of parameters.
-    fn explain_together(&self, model: &Model, criteria: &Criteria) -> Result<(), CliError> {
+    fn explain_together(&self, model: &Model, options: Options<'static>) -> Result<(), CliError> {
         let spinner = spinner("reading");
-        let result = explain_together(&self.log, model, criteria, &|stage| spinner.set_message(progress(stage)));
+        let state = self.from_state.as_deref().map(read_state).transpose()?;
+        let options = Options { state: state.as_ref(), ..options };
+        let result = explain_together(&self.log, model, options, &|stage| spinner.set_message(progress(stage)));
         spinner.finish_and_clear();
         match result? {
             LogExplanation::ImplausibleLog(log, findings) => {
@@ -131,7 +129,9 @@ impl Explain {
     /// A folder excludes further logs, and the options of a single result.
     fn check_folder_options(&self, folder: &Path) -> Result<(), CliError> {
         let reject = |message: &str| Err(CliError::in_file(folder, message));
-        if self.log.len() > 1 {
+        if self.from_state.is_some() {
+            reject("--continue continues the search in one log, or in several together; name these logs")
+        } else if self.log.len() > 1 {
             reject(
                 "a folder must be the only argument, since each of its logs is explained separately; to fit logs together, list the files",
             )
@@ -147,17 +147,19 @@ impl Explain {
     }
 
     /// Explains each log of the folder; the exit status reports logs without an explanation.
-    fn explain_folder(&self, folder: &Path, model: &Model, criteria: &Criteria) -> Result<(), CliError> {
+    fn explain_folder(&self, folder: &Path, model: &Model, options: &(dyn Fn() -> Options<'static> + Sync)) -> Result<(), CliError> {
         let spinner = spinner("explaining the logs of the folder");
         let finished = |entry: &FolderEntry| spinner.set_message(format!("{}: {}", entry.path.display(), folder_verdict(entry)));
-        let entries = explain_folder(folder, model, criteria, &finished);
+        let entries = explain_folder(folder, model, options, &finished);
         spinner.finish_and_clear();
         let entries = entries?;
         self.output.text(&folder_text(&entries))?;
         self.output.json(|| folder_json(&entries))?;
-        let is_cut = |entry: &FolderEntry| matches!(&entry.result, Ok(LogExplanation::Explained(e)) if e.verdict == Verdict::NotFinished);
+        let is_cut = |entry: &FolderEntry| matches!(&entry.result, Ok(LogExplanation::Explained(e)) if e.unfinished.is_some());
         match entries.iter().filter(|entry| !matches!(entry.result, Ok(LogExplanation::Explained(_)))).count() {
-            0 if entries.iter().any(is_cut) => Err(self.time_limit.error("search in the logs with the verdict not-finished")),
+            0 if entries.iter().any(is_cut) => Err(CliError::Other(
+                "a limit has ended the search in the logs with the verdict not-finished; --effort sets another one".to_owned(),
+            )),
             0 => Ok(()),
             failed => Err(CliError::in_file(
                 folder,
@@ -167,7 +169,7 @@ impl Explain {
     }
 
     /// Explains each log of the folder and its subfolders into a table; the exit status reports logs without an explanation.
-    fn write_table(&self, folder: &Path, table: &Path, criteria: &Criteria) -> Result<(), CliError> {
+    fn write_table(&self, folder: &Path, table: &Path, Options { criteria, .. }: Options) -> Result<(), CliError> {
         if table.extension().is_none_or(|ending| ending != "parquet") {
             return Err(CliError::in_file(table, "--table writes Parquet: the name of the file must end in .parquet"));
         }
@@ -186,13 +188,12 @@ impl Explain {
             ));
         }
         begin_explain(&paths)?;
-        let engine = self.engine.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned());
         let time_limit_s = self.time_limit.seconds()?;
         let settings = Settings {
             model_name: model.name().to_owned(),
             model: model.to_toml(),
-            engine,
             build: stand_firmware::VERSION.to_owned(),
+            effort_limit_passes: criteria.search.max_passes.and_then(|passes| i64::try_from(passes).ok()),
             time_limit_s,
         };
         let session = Session::open(table, settings)?;
@@ -200,7 +201,7 @@ impl Explain {
         let bar = progress_bar(paths.len() as u64, "{elapsed} {wide_bar} {pos} of {len} logs, {eta} left");
         let deadline = || Deadline::after_s(time_limit_s).or_when(Interrupts::switch());
         let callbacks = Callbacks {
-            compute: &|path, hash| row(path, hash, RowRequest { model: &model, criteria, deadline: deadline() }),
+            compute: &|path, hash| row(path, hash, RowRequest { model: &model, criteria: &criteria, deadline: deadline() }),
             is_interrupted: &|| interrupts.any(),
             finished: &|_, done| bar.set_position(done as u64),
         };
@@ -230,14 +231,36 @@ impl Explain {
         }
     }
 
+    /// Writes the state of an unfinished search, and says how to continue.
+    fn keep_state(&self, state: &SearchState) -> CliError {
+        let path = self.from_state.clone().unwrap_or_else(|| self.state_file());
+        let is_other = self.from_state.is_none() && path.exists() && read_state(&path).is_err();
+        let kept = if is_other {
+            Err("a file of this name exists".to_owned())
+        } else {
+            files::replace_text(&path, &state.to_toml()).map_err(|e| e.to_string())
+        };
+        let name = path.display();
+        CliError::Other(match kept {
+            Ok(()) => format!("the search is not finished, and no model is written; the same command with --continue {name} continues it"),
+            Err(reason) => format!("the search is not finished, and no model is written; its state was not written to {name}: {reason}"),
+        })
+    }
+
+    /// The file of the state, named after the first log, in the present folder.
+    fn state_file(&self) -> PathBuf {
+        let stem = self.log.first().and_then(|log| log.file_stem()).map_or("explain".into(), |stem| stem.to_string_lossy().into_owned());
+        PathBuf::from(format!("{stem}.search.toml"))
+    }
+
     fn report(&self, e: &Explanation, given: &Model) -> Result<(), CliError> {
         self.output.text(&report::explain_text(e, style()))?;
         // The model last: if a report cannot be written, the model is unchanged.
         self.output.json(|| report::explain_json(e))?;
         self.output.html(|| report::explain_html(e))?;
         self.series.write(&e.log, &e.data(), &e.explained)?;
-        if e.verdict == Verdict::NotFinished {
-            return Err(self.time_limit.error("search, and no model is written"));
+        if let Some(unfinished) = &e.unfinished {
+            return Err(self.keep_state(&unfinished.state));
         }
         if let Some(path) = self.out.as_deref().or(self.apply.then_some(self.model.as_path())) {
             let text = if e.missing.is_empty() && self.out.is_none() {
@@ -252,6 +275,11 @@ impl Explain {
         }
         Ok(())
     }
+}
+
+fn read_state(path: &Path) -> Result<SearchState, CliError> {
+    let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e))?;
+    SearchState::parse(&text).map_err(|e| CliError::in_file(path, e.to_string()))
 }
 
 /// Writes the model of the explanation; with --apply, over the file of `given`, if no other process has edited that meanwhile.

@@ -79,8 +79,8 @@ impl SeriesOutput {
 /// The time that an analysis may take.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct TimeLimit {
-    /// Time after which the analysis ends with its best answer so far and exit status 1, s; 0: none
-    #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
+    /// Time after which the analysis ends with its best answer so far and exit status 1, s; 0: none. The answer then depends on the load of the machine
+    #[arg(long, value_name = "S", default_value_t = 0.0, allow_negative_numbers = true)]
     pub time_limit: f64,
 }
 

@@ -141,7 +141,6 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         let mut line = open()?;
         let served = serve_chip(&mut machine, &mut line, |now| ended(&interrupts, now), lagged);
         report_lag();
-        machine.log().iter().for_each(|line| eprintln!("chip: {line}"));
         if let (Some(path), Some(sectors)) = (options.flash, machine.soc.flash.bytes().get(SETTINGS)) {
             files::replace(path, |out| out.write_all(sectors)).map_err(|e| CliError::file(path, "write", &e))?;
         }

@@ -6,8 +6,8 @@
 use super::error::{DriftError, within};
 use crate::log::Log;
 use crate::statistics::Extremes;
+use crate::statistics::fourier::transform;
 use crate::statistics::robust::median;
-use realfft::RealFftPlanner;
 use std::f64::consts::PI;
 
 /// Fewest rows of a spectrum.
@@ -149,12 +149,6 @@ fn detrended(angles: &[f64]) -> Vec<f64> {
 fn spectrum(values: &[f64]) -> Vec<f64> {
     let n = values.len();
     let window = |k: usize| 0.5 - 0.5 * (2.0 * PI * k as f64 / n as f64).cos();
-    let mut input: Vec<f64> = values.iter().enumerate().map(|(k, v)| v * window(k)).collect();
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(n);
-    let mut output = plan.make_output_vec();
-    if plan.process(&mut input, &mut output).is_err() {
-        return vec![0.0; n / 2 + 1];
-    }
     // The mean of the window is ½, and the amplitude of a sine is divided between two bins.
-    output.iter().map(|c| c.norm() * 4.0 / n as f64).collect()
+    transform(values.iter().enumerate().map(|(k, v)| v * window(k)).collect()).iter().map(|c| c.norm() * 4.0 / n as f64).collect()
 }

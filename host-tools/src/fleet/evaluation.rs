@@ -45,7 +45,7 @@ pub struct FleetEvaluation {
     pub verdicts: BTreeMap<String, usize>,
     /// Number of logs by effect.
     pub effects: BTreeMap<String, usize>,
-    /// Number of different settings: models, engines, builds.
+    /// Number of different settings: models, builds.
     pub settings: usize,
     /// Changes of parameters, the most significant first.
     pub parameter_changes: Vec<ParameterChange>,

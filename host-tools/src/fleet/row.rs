@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Verdict of a log that cannot be read or computed.
 pub const ERROR: &str = "error";
-/// Verdict of a search that the time limit ended.
+/// Verdict of a search that the limit of effort or time ended.
 pub const NOT_FINISHED: &str = "not-finished";
 
 /// The answer about one log. Field by field the columns of the table (`docs/fleets.md`).
@@ -30,9 +30,7 @@ pub struct Row {
     pub batch: Option<String>,
     /// Name of the model.
     pub model: String,
-    /// Engine of the search.
-    pub engine: String,
-    /// Hash of the model, the engine and the build.
+    /// Hash of the model and the build.
     pub settings: String,
     /// Version and commit of the program.
     pub build: String,
@@ -50,6 +48,12 @@ pub struct Row {
     pub outputs: Vec<OutputError>,
     /// Why there is no explanation.
     pub error: Option<String>,
+    /// Limit of effort of the search, passes; `None`: none.
+    #[serde(default)]
+    pub effort_limit_passes: Option<i64>,
+    /// Effort of the search, passes.
+    #[serde(default)]
+    pub effort_passes: Option<f64>,
     /// Time limit of the search, s; `None`: none.
     pub time_limit_s: Option<f64>,
     /// Computing time, s.

@@ -1,7 +1,7 @@
 //! The computation of a table that survives its end: each answer is kept in a journal beside the table, on the disk before the next one.
 //!
 //! The journal of `answers.parquet` is `answers.parquet.journal`, one JSON object a line: `{"begin": KEY}` where a computation begins, `{"key": KEY, "row": {…}}` where it
-//! ends. KEY is the hash of the log's contents with that of the model, the engine and the build, so that a log is computed once whatever it is called, and again when something
+//! ends. KEY is the hash of the log's contents with that of the model and the build, so that a log is computed once whatever it is called, and again when something
 //! that determines its answer has changed. A line that was cut off is ignored. A log whose computation ended the program [`MAX_ATTEMPTS`] times is not tried again.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -45,19 +45,19 @@ pub struct Settings {
     pub model_name: String,
     /// Text of the model file.
     pub model: String,
-    /// Name of the engine.
-    pub engine: String,
     /// Version and commit of the program.
     pub build: String,
+    /// Limit of effort of each search, passes; `None`: none.
+    pub effort_limit_passes: Option<i64>,
     /// Time limit of a search, s. Only searches that it has ended depend on it.
     pub time_limit_s: Option<f64>,
 }
 
 impl Settings {
-    /// Hash of model, engine and build, 16 hexadecimal digits.
+    /// Hash of model and build, 16 hexadecimal digits.
     pub fn hash(&self) -> String {
         let mut hash = Sha256::new();
-        for part in [&self.model, &self.engine, &self.build] {
+        for part in [&self.model, &self.build] {
             hash.update((part.len() as u64).to_le_bytes());
             hash.update(part);
         }
@@ -175,12 +175,13 @@ impl Session {
         format!("{sha256}:{}", self.settings_hash)
     }
 
-    /// The answer about the log with this hash; not that of a search which a shorter time limit has ended.
+    /// The answer about the log with this hash; not that of a search which a smaller limit has ended.
     pub fn answer(&self, sha256: &str) -> Option<&Row> {
-        let longer = |row: &Row| match (row.time_limit_s, self.settings.time_limit_s) {
-            (Some(was), Some(is)) => is > was,
-            (Some(_), None) => true,
-            (None, _) => false,
+        let is_above = |is: Option<f64>, was: Option<f64>| was.is_some_and(|was| is.is_none_or(|is| is > was));
+        let passes = |limit: Option<i64>| limit.map(|limit| limit as f64);
+        let longer = |row: &Row| {
+            is_above(self.settings.time_limit_s, row.time_limit_s)
+                || is_above(passes(self.settings.effort_limit_passes), passes(row.effort_limit_passes))
         };
         self.done.get(&self.key(sha256)).filter(|row| !(row.verdict == NOT_FINISHED && longer(row)))
     }
@@ -216,9 +217,9 @@ impl Session {
     /// Enters the settings into a row.
     fn complete(&self, row: &mut Row) {
         row.model.clone_from(&self.settings.model_name);
-        row.engine.clone_from(&self.settings.engine);
         row.settings.clone_from(&self.settings_hash);
         row.build.clone_from(&self.settings.build);
+        row.effort_limit_passes = self.settings.effort_limit_passes;
         row.time_limit_s = self.settings.time_limit_s;
     }
 
@@ -312,8 +313,8 @@ mod tests {
         Settings {
             model_name: "drive".to_owned(),
             model: "[drive]".to_owned(),
-            engine: "whitened".to_owned(),
             build: "1".to_owned(),
+            effort_limit_passes: Some(100),
             time_limit_s: Some(1.0),
         }
     }
@@ -348,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn other_settings_and_a_longer_time_limit_ask_again() {
+    fn other_settings_and_a_larger_limit_ask_again() {
         let folder = tempfile::tempdir().unwrap();
         let table = folder.path().join("a.parquet");
         let mut session = Session::open(&table, settings()).unwrap();
@@ -362,6 +363,8 @@ mod tests {
         assert_eq!(known(settings()), [true, true]);
         assert_eq!(known(Settings { time_limit_s: Some(2.0), ..settings() }), [true, false]);
         assert_eq!(known(Settings { time_limit_s: None, ..settings() }), [true, false]);
+        assert_eq!(known(Settings { effort_limit_passes: Some(101), ..settings() }), [true, false]);
+        assert_eq!(known(Settings { effort_limit_passes: Some(99), ..settings() }), [true, true]);
         assert_eq!(known(Settings { build: "2".to_owned(), ..settings() }), [false, false]);
     }
 

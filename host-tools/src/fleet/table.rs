@@ -32,7 +32,6 @@ const SCHEMA: &str = "message answers {
     optional binary device (STRING);
     optional binary batch (STRING);
     required binary model (STRING);
-    required binary engine (STRING);
     required binary settings (STRING);
     required binary build (STRING);
     required binary verdict (STRING);
@@ -45,6 +44,8 @@ const SCHEMA: &str = "message answers {
     required group outputs (LIST) { repeated group list { required group element {
         required binary output (STRING); required binary unit (STRING); required double noise; required double ratio_given; required double ratio; } } }
     optional binary error (STRING);
+    optional int64 effort_limit_passes;
+    optional double effort_passes;
     optional double time_limit_s;
     required double seconds;
 }";
@@ -106,7 +107,6 @@ fn encode(out: &mut Vec<u8>, rows: &[Row]) -> Result<(), ParquetError> {
         group.optional::<ByteArrayType>(|r| r.device.as_deref().map(text))?;
         group.optional::<ByteArrayType>(|r| r.batch.as_deref().map(text))?;
         group.required::<ByteArrayType>(|r| text(&r.model))?;
-        group.required::<ByteArrayType>(|r| text(&r.engine))?;
         group.required::<ByteArrayType>(|r| text(&r.settings))?;
         group.required::<ByteArrayType>(|r| text(&r.build))?;
         group.required::<ByteArrayType>(|r| text(&r.verdict))?;
@@ -124,6 +124,8 @@ fn encode(out: &mut Vec<u8>, rows: &[Row]) -> Result<(), ParquetError> {
         group.list::<DoubleType, _>(|r| &r.outputs, |o| o.ratio_given)?;
         group.list::<DoubleType, _>(|r| &r.outputs, |o| o.ratio)?;
         group.optional::<ByteArrayType>(|r| r.error.as_deref().map(text))?;
+        group.optional::<Int64Type>(|r| r.effort_limit_passes)?;
+        group.optional::<DoubleType>(|r| r.effort_passes)?;
         group.optional::<DoubleType>(|r| r.time_limit_s)?;
         group.required::<DoubleType>(|r| r.seconds)?;
         group.group.close()?;
@@ -260,7 +262,6 @@ fn row_of(columns: &ParquetRow) -> Row {
             "device" => row.device = word(field),
             "batch" => row.batch = word(field),
             "model" => row.model = words(field),
-            "engine" => row.engine = words(field),
             "settings" => row.settings = words(field),
             "build" => row.build = words(field),
             "verdict" => row.verdict = words(field),
@@ -293,6 +294,8 @@ fn row_of(columns: &ParquetRow) -> Row {
                 })
             }
             "error" => row.error = word(field),
+            "effort_limit_passes" => row.effort_limit_passes = whole(field),
+            "effort_passes" => row.effort_passes = number(field),
             "time_limit_s" => row.time_limit_s = number(field),
             "seconds" => row.seconds = number(field).unwrap_or(0.0),
             _ => {}
@@ -354,7 +357,6 @@ mod tests {
             device: None,
             batch: Some("7".to_owned()),
             model: "drive".to_owned(),
-            engine: "whitened".to_owned(),
             settings: "abc".to_owned(),
             build: "0.1.0".to_owned(),
             verdict: "effect-found".to_owned(),
@@ -372,6 +374,8 @@ mod tests {
             uncertainty_is_lower_bound: Some(false),
             outputs: vec![OutputError { output: "i_A".to_owned(), unit: "A".to_owned(), noise: 1e-3, ratio_given: 9.0, ratio: 1.0 }],
             error: None,
+            effort_limit_passes: Some(400_000),
+            effort_passes: Some(1234.5),
             time_limit_s: Some(60.0),
             seconds: 0.5,
         };

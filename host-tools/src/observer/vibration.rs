@@ -14,6 +14,7 @@ use stand_firmware::gyro_loop::observer::{Motion, Observer, Vibration};
 
 use super::{Bode, Design, Discrete, ObserverError, RateResponse};
 use crate::drift::session_fit::{FitRow, SessionFit};
+use crate::statistics::fourier::transform;
 use crate::statistics::uncertainty::{Contribution, Quantity, Uncertainty};
 
 /// Time for settling before the means, in time constants of the slowest pole.
@@ -341,9 +342,7 @@ fn estimated<const N: usize>(discrete: &Discrete, alpha_rad: &[f64]) -> Result<V
 fn frequency_Hz(values: &[f64], step_s: f64) -> Option<f64> {
     let n = values.len();
     let mean = values.iter().sum::<f64>() / n as f64;
-    let mut centred: Vec<f64> = values.iter().map(|v| v - mean).collect();
-    let fft = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(n);
-    let mut spectrum = fft.make_output_vec();
+    let spectrum = transform(values.iter().map(|v| v - mean).collect());
     let powers = |rad_s: f64| {
         let sum: Complex<f64> = values
             .iter()
@@ -356,7 +355,6 @@ fn frequency_Hz(values: &[f64], step_s: f64) -> Option<f64> {
             .sum();
         sum.norm()
     };
-    fft.process(&mut centred, &mut spectrum).ok()?;
     let (bin, top) = spectrum.iter().enumerate().skip(1).map(|(k, x)| (k, x.norm())).fold((0, 0.0), |m, x| if x.1 > m.1 { x } else { m });
     if bin == 0 || !(top.is_finite() && top > 0.0) {
         return None;

@@ -14,15 +14,12 @@ use super::stage::Stage;
 use crate::deadline::Deadline;
 use crate::files;
 use crate::identify::evaluation::{Evaluated, Evaluation, ParameterTreatment, evaluate};
-use crate::identify::explain::{Criteria, ExplainError, Explanation, Verdict, explain_until};
+use crate::identify::explain::{ExplainError, Explanation, Options, Verdict, explain_with};
 use crate::identify::explain_logs::read_for;
 use crate::identify::series::series;
 use crate::log::{Column, Log};
 use crate::model::Model;
 use crate::report::{self, Comparison};
-
-/// Time limit of a fit or a search, s. Longer than that of the command line: the page shows the stage and has a button that cancels.
-const TIME_LIMIT_S: f64 = 600.0;
 
 /// The command that does the same in a shell.
 ///
@@ -70,16 +67,13 @@ pub fn compare(panel: &Arc<Panel>, log_name: &str, model_name: &str, fits: bool,
     let (log, model) = read(panel, log_name, model_name, job)?;
     job.stage(if fits { Stage::Fitting } else { Stage::Simulating }, None);
     let treatment = if fits { ParameterTreatment::Fitted } else { ParameterTreatment::Kept };
-    let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
+    let deadline = Deadline::NEVER.or_when(&CANCELLED);
     let evaluated = match evaluate(&log, &model, treatment, deadline).map_err(message)? {
         Evaluation::ImplausibleLog(findings) => return Err(bad_log(&log, &findings).into()),
         Evaluation::Evaluated(evaluated) => *evaluated,
     };
     if job.is_cancelled() {
         return Err(JobError::Cancelled);
-    }
-    if fits && !evaluated.result.converged && deadline.has_passed() {
-        return Err(format!("the fit has not converged within {TIME_LIMIT_S} s; the model is unchanged").into());
     }
     let kind = if fits { "fit" } else { "compare" };
     let answer = panel.session.free_name(kind, "json");
@@ -174,7 +168,7 @@ pub fn signature(panel: &Arc<Panel>, request: &SignatureRequest, job: &Job) -> R
 
 /// A fit that has converged.
 fn fitted<'a>(log: &'a Log, model: &Model, job: &Job) -> Result<Evaluated<'a>, JobError> {
-    let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
+    let deadline = Deadline::NEVER.or_when(&CANCELLED);
     let evaluated = match evaluate(log, model, ParameterTreatment::Fitted, deadline).map_err(message)? {
         Evaluation::ImplausibleLog(findings) => return Err(bad_log(log, &findings).into()),
         Evaluation::Evaluated(evaluated) => *evaluated,
@@ -183,7 +177,7 @@ fn fitted<'a>(log: &'a Log, model: &Model, job: &Job) -> Result<Evaluated<'a>, J
         return Err(JobError::Cancelled);
     }
     if !evaluated.result.converged {
-        return Err(format!("the fit with {} has not converged within {TIME_LIMIT_S} s", model.effect_names().join(", ")).into());
+        return Err(format!("the fit with {} has not converged", model.effect_names().join(", ")).into());
     }
     Ok(evaluated)
 }
@@ -214,9 +208,9 @@ fn write_values(panel: &Panel, name: &str, model: &Model, fit: &crate::identify:
 /// In words.
 pub fn explain(panel: &Arc<Panel>, log_name: &str, model_name: &str, job: &Job) -> Result<String, JobError> {
     let (log, model) = read(panel, log_name, model_name, job)?;
-    let deadline = Deadline::after_s(Some(TIME_LIMIT_S)).or_when(&CANCELLED);
+    let deadline = Deadline::NEVER.or_when(&CANCELLED);
     let progress = |stage: &crate::identify::explain::Progress| job.stage(stage.into(), None);
-    let explanation: Explanation = match explain_until(deadline, Criteria::default(), vec![log], &model, &progress) {
+    let explanation: Explanation = match explain_with(Options { deadline, ..Options::default() }, vec![log], &model, &progress) {
         Ok(explanation) => explanation,
         Err(ExplainError::BadLog { log, findings }) => return Err(bad_log(&log, &findings).into()),
         Err(error) => return Err(error.to_string().into()),
@@ -225,7 +219,7 @@ pub fn explain(panel: &Arc<Panel>, log_name: &str, model_name: &str, job: &Job) 
         return Err(JobError::Cancelled);
     }
     if explanation.verdict == Verdict::NotFinished {
-        return Err(format!("the time limit of {TIME_LIMIT_S} s has ended the search").into());
+        return Err("the limit of effort has ended the search; stand explain on the command line continues it".to_owned().into());
     }
     let answer = panel.session.free_name("explain", "json");
     let mut json = report::explain_json(&explanation);

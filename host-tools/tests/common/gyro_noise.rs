@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test binary uses its part")]
 
 use hal_sim::peripherals::Noise;
-use realfft::RealFftPlanner;
+use host_tools::statistics::fourier::Transforms;
 
 /// One degree an hour, rad/s.
 pub const DEG_H: f64 = std::f64::consts::PI / 180.0 / 3600.0;
@@ -42,13 +42,8 @@ fn flicker(rows: usize, b: f64, seed: u64) -> Vec<f64> {
         return Vec::new();
     }
     let length = (4 * rows).next_power_of_two();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-    let spectrum = |mut values: Vec<f64>| {
-        let mut out = forward.make_output_vec();
-        forward.process(&mut values, &mut out).unwrap();
-        out
-    };
+    let transforms = Transforms::of_length(length);
+    let spectrum = |mut values: Vec<f64>| transforms.forward(&mut values);
     let mut driven = Noise::new(seed, 3, b);
     // The second half is zero, against circular wrap-around.
     let white = spectrum((0..length).map(|k| if k < length / 2 { driven.draw() } else { 0.0 }).collect());
@@ -66,7 +61,6 @@ fn flicker(rows: usize, b: f64, seed: u64) -> Vec<f64> {
     let mut product: Vec<_> = white.iter().zip(&response).map(|(a, b)| a * b).collect();
     product[0].im = 0.0;
     product[length / 2].im = 0.0;
-    let mut values = backward.make_output_vec();
-    backward.process(&mut product, &mut values).unwrap();
+    let values = transforms.inverse(&mut product);
     values[length / 4..length / 4 + rows].iter().map(|v| v / length as f64).collect()
 }

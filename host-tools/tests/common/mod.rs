@@ -1,6 +1,9 @@
 //! The command `stand`: arguments in, streams and exit status out.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its part")]
 
+pub mod calibration;
+pub mod gyro_noise;
+pub mod panel;
 pub mod served;
 
 use std::collections::BTreeMap;

@@ -20,8 +20,7 @@ pub struct Panel {
 
 impl Panel {
     pub fn new(folder: &Path, words: &[&str]) -> Self {
-        let mut child =
-            super::common::command(folder, &[&["panel"], words].concat()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut child = super::command(folder, &[&["panel"], words].concat()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut address = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut address).unwrap();
         let (base, token) = address.trim().split_once("/#").unwrap_or_else(|| panic!("{address:?}"));

@@ -12,6 +12,7 @@ use super::predict::refined;
 use super::recording_conventions::fit_as_recorded;
 use super::repetition::{Repetition, repetition};
 use super::residual::{self, Misfit};
+use crate::budget::Budget;
 use crate::deadline::Deadline;
 use crate::identify::defects::defects;
 use crate::log::plausible::{Defect, ShiftedConstant};
@@ -101,7 +102,7 @@ pub fn evaluate<'a>(
 ) -> Result<Evaluation<'a>, EvaluationError> {
     let begin = Instant::now();
     let (mut data, notes) = fit::prepare::prepare(log, model, treatment != ParameterTreatment::FittedToAllRows)?;
-    data.deadline = deadline;
+    data.budget = Budget::new(None, deadline);
     let mut remarks: Vec<EvaluationRemark> = notes.into_iter().map(EvaluationRemark::Preparation).collect();
     let findings = defects(log, model);
     if !findings.is_empty() {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::explain::{self, Criteria, ExplainError, Explanation, Progress};
+use super::explain::{self, ExplainError, Explanation, Options, Progress};
 use crate::log::plausible::Defect;
 use crate::log::{Log, LogError, import};
 use crate::model::Model;
@@ -63,11 +63,11 @@ pub fn read_for(path: &Path, model: &Model) -> Result<Log, LogError> {
 pub fn explain_together(
     paths: &[PathBuf],
     model: &Model,
-    criteria: &Criteria,
+    options: Options,
     progress: &(dyn Fn(&Progress) + Sync),
 ) -> Result<LogExplanation, ExplainLogsError> {
     let logs = paths.iter().map(|path| read_for(path, model)).collect::<Result<Vec<_>, _>>()?;
-    match explain::explain_by(criteria.clone(), logs, model, progress) {
+    match explain::explain_with(options, logs, model, progress) {
         Ok(explanation) => Ok(LogExplanation::Explained(Box::new(explanation))),
         Err(ExplainError::BadLog { log, findings }) => Ok(LogExplanation::ImplausibleLog(log, findings)),
         Err(error) => Err(ExplainLogsError::Explain(error)),
@@ -84,21 +84,21 @@ pub struct FolderEntry {
     pub seconds: f64,
 }
 
-/// Explains each log of `folder` separately, sorted by name; `finished` is called after each log.
+/// Explains each log of `folder` separately, sorted by name; `options` is called before, and `finished` after each log.
 ///
 /// # Errors
 /// The folder cannot be read or contains no logs.
 pub fn explain_folder(
     folder: &Path,
     model: &Model,
-    criteria: &Criteria,
+    options: &(dyn Fn() -> Options<'static> + Sync),
     finished: &(dyn Fn(&FolderEntry) + Sync),
 ) -> Result<Vec<FolderEntry>, ExplainLogsError> {
     let entries = logs_in(folder)?
         .into_par_iter()
         .map(|path| {
             let begin = Instant::now();
-            let result = explain_together(std::slice::from_ref(&path), model, criteria, &|_| ());
+            let result = explain_together(std::slice::from_ref(&path), model, options(), &|_| ());
             let entry = FolderEntry { path, result, seconds: begin.elapsed().as_secs_f64() };
             finished(&entry);
             entry

@@ -4,6 +4,8 @@
 //! assumption leaves a residual that looks like missing physics. Each convention that no note states is tried where the model leaves more than noise, and
 //! kept where the likelihood of the residuals rises clearly. Outliers are found first; see [`super::fit::outliers`].
 
+use serde::{Deserialize, Serialize};
+
 use super::fit::prepare::PreparationNote;
 use super::fit::voltage::{self, InputTiming, Known, VoltageCourse};
 use super::fit::{FitError, FitResult, PreparedLog, outliers};
@@ -21,7 +23,8 @@ pub fn min_gain(values: f64) -> f64 {
 }
 
 /// A convention that differs from that of the project.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Convention {
     /// The input holds values at t.
     InputAtT,
@@ -76,7 +79,7 @@ pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Resu
     let mut result = fit(data, None)?;
     result = without_outliers(data, result, fit)?;
     for convention in Convention::ALL {
-        if result.leaves_noise_only() || data.deadline.has_passed() {
+        if result.leaves_noise_only() || data.budget.is_exhausted() {
             break;
         }
         let mut other = data.clone();

@@ -1,11 +1,12 @@
 //! Statistical methods shared by all analyses.
 //!
 //! [`distributions`] (normal, Student, χ², F), [`student_mixture`], [`uncertainty`] (budgets according to the GUM), [`least_squares`] with covariance, [`robust`] location
-//! and scale, [`extremes`] (smallest and largest values), [`series`] (histogram, autocorrelation) and [`bins`] (means along a coordinate).
+//! and scale, [`extremes`] (smallest and largest values), [`fourier`] transforms, [`series`] (histogram, autocorrelation) and [`bins`] (means along a coordinate).
 
 pub mod bins;
 pub mod distributions;
 pub mod extremes;
+pub mod fourier;
 pub mod least_squares;
 pub mod robust;
 pub mod series;

@@ -1,6 +1,6 @@
 //! Histogram and autocorrelation of a series.
 
-use realfft::RealFftPlanner;
+use super::fourier::Transforms;
 
 /// A histogram with density on its vertical axis.
 pub struct Histogram {
@@ -57,23 +57,22 @@ pub fn autocorrelation(values: &[f64], lags: usize) -> Autocorrelation {
 pub fn products_by_shift(series: &[f64], shifts: usize) -> Option<Vec<f64>> {
     let length = (4 * shifts).min(series.len() + shifts).next_power_of_two().max(2);
     let block = length - shifts;
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-    let (mut padded, mut of_block, mut with_next) = (forward.make_input_vec(), forward.make_output_vec(), forward.make_output_vec());
-    let mut sum = forward.make_output_vec();
+    let transforms = Transforms::of_length(length);
+    let mut padded = vec![0.0; length];
+    let mut sum = transforms.forward(&mut padded);
     for from in (0..series.len()).step_by(block) {
-        for (count, spectrum) in [(block, &mut of_block), (length, &mut with_next)] {
+        let mut lines_of = |count: usize| {
             let values = &series[from..(from + count).min(series.len())];
             padded.fill(0.0);
             padded[..values.len()].copy_from_slice(values);
-            forward.process(&mut padded, spectrum).ok()?;
-        }
+            transforms.forward(&mut padded)
+        };
+        let (of_block, with_next) = (lines_of(block), lines_of(length));
         for ((sum, a), b) in sum.iter_mut().zip(&of_block).zip(&with_next) {
             *sum += a.conj() * b;
         }
     }
-    inverse.process(&mut sum, &mut padded).ok()?;
-    let products: Vec<f64> = padded.iter().take(shifts + 1).map(|v| v / length as f64).collect();
+    let products: Vec<f64> = transforms.inverse(&mut sum).iter().take(shifts + 1).map(|v| v / length as f64).collect();
     products.iter().all(|p| p.is_finite()).then_some(products)
 }
 

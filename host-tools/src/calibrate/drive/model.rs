@@ -3,6 +3,7 @@
 use super::fitted_drive::{Drive, get};
 use super::{clock, harmonics as torque_harmonics, reading_contributions};
 use crate::acquire::calibration_session::Session;
+use crate::budget::Budget;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Remark, Step};
 use crate::calibrate::{Contribution, Quantity};
 use crate::deadline::Deadline;
@@ -39,7 +40,7 @@ fn fitted(step: &Step, harmonics: &Harmonics, deadline: Deadline) -> Result<(Fit
         }
     }
     let (mut prepared, _) = fit::prepare::prepare(&step.log, &model, false).map_err(|e| e.to_string())?;
-    prepared.deadline = deadline;
+    prepared.budget = Budget::new(None, deadline);
     let (system, parameters) = fit::build::system(&model, prepared.temp_C.is_some());
     let result = fit::fit(&system, &parameters, &prepared).map_err(|e| e.to_string())?;
     let misfit = result.channels.iter().map(|c| c.rms / c.noise).max_or_zero();

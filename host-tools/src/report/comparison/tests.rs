@@ -70,7 +70,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
         channels: vec![compared(Channel::Rate), compared(Channel::Angle)],
         dt_s: 0.01,
         held_out: Some(crate::identify::fit::prepared_log::held_out_rows(log.t_s(), &log.segments(), &[])),
-        deadline: crate::deadline::Deadline::NEVER,
+        budget: crate::budget::Budget::default(),
     }
 }
 

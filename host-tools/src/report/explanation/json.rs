@@ -40,6 +40,10 @@ struct ExplanationJson<'a> {
     detection_limits: Vec<DetectionLimitJson>,
     remarks: Vec<String>,
     warnings: Vec<String>,
+    /// Where the search is not finished: the part that is open.
+    open: Option<String>,
+    /// Simulated rows × lanes over the rows of the logs: the same on every machine.
+    effort_passes: f64,
     seconds: f64,
 }
 
@@ -171,6 +175,8 @@ pub fn explain_json(e: &Explanation) -> Value {
         detection_limits: e.detection_limits.iter().map(|l| detection_limit(axis, l)).collect(),
         remarks: sentences::remarks(e),
         warnings: log_warnings(&e.log),
+        open: e.unfinished.as_ref().map(|unfinished| words::open_part(unfinished.open)),
+        effort_passes: e.effort_passes,
         seconds: e.seconds,
     })
 }

@@ -6,6 +6,7 @@ pub use super::names::card;
 use super::names::first_lower;
 use super::sentences::not_visible;
 use crate::identify::explain::criteria::MisfitClass;
+use crate::identify::explain::unfinished::OpenPart;
 use crate::identify::explain::{ChannelError, DetectionLimit, Estimate, Explanation, NotVisible, Stage, Verdict};
 use crate::log::Axis;
 pub use crate::report::listed;
@@ -61,12 +62,15 @@ pub fn headline(e: &Explanation) -> String {
             )
         }
         Verdict::NotFinished => {
-            let limit = e.criteria.search.time_limit_s.map_or(String::new(), |seconds| format!(" of {seconds} s"));
-            let found = match &named(e)[..] {
-                [] => "No effect was added.".to_owned(),
-                names => format!("Added so far: {}.", listed(names)),
+            let settled = match &named(e)[..] {
+                [] => "No effect is settled.".to_owned(),
+                names => format!("Settled so far: {}; with them {above} is left.", listed(names)),
             };
-            format!("The time limit{limit} ended the search before all effects were compared: nothing is concluded. {found}")
+            let open = e.unfinished.as_ref().map_or(String::new(), |unfinished| format!(" Open: {}.", open_part(unfinished.open)));
+            format!(
+                "The search is not finished: its limit was reached after {} passes. {settled}{open}",
+                numbers::grouped(e.effort_passes.round() as usize)
+            )
         }
         Verdict::UnknownStructure => {
             let found = match &named(e)[..] {
@@ -82,6 +86,16 @@ pub fn headline(e: &Explanation) -> String {
             };
             format!("{found}The log contains a structure that no effect of the catalogue explains{above}. {shape}")
         }
+    }
+}
+
+/// The part of the method that a limit has left open.
+pub fn open_part(open: OpenPart) -> String {
+    match open {
+        OpenPart::AddingStep { number: 1 } => "whether an effect is missing".to_owned(),
+        OpenPart::AddingStep { number } => format!("whether a further effect is missing, step {number} of the search"),
+        OpenPart::Conventions => "whether the log was recorded by another convention, and what is left".to_owned(),
+        OpenPart::Remainder => "what is left beside these effects, and whether another structure describes it better".to_owned(),
     }
 }
 

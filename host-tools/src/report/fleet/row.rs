@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::deadline::Deadline;
 use crate::fleet::row::{microseconds_of, stand_of};
 use crate::fleet::{Alternative, FileHash, OutputError, ParameterValue, Row};
-use crate::identify::explain::{Criteria, ExplainError, Explanation, explain_until};
+use crate::identify::explain::{Criteria, ExplainError, Explanation, Options, explain_with};
 use crate::identify::explain_logs::read_for;
 use crate::log::Log;
 use crate::model::Model;
@@ -18,13 +18,13 @@ use crate::report::{column, defect, unit};
 pub struct RowRequest<'a> {
     /// The model.
     pub model: &'a Model,
-    /// The criteria; their time limit does not count.
+    /// The criteria.
     pub criteria: &'a Criteria,
     /// The end of the search.
     pub deadline: Deadline,
 }
 
-/// Explains the log at `path`, whose hash is `hash`. Engine, settings, build and time limit are left to the session that keeps the row.
+/// Explains the log at `path`, whose hash is `hash`. Settings, build and limits are left to the session that keeps the row.
 pub fn row(path: &Path, hash: &FileHash, request: RowRequest<'_>) -> Row {
     let begin = Instant::now();
     let mut row = Row { path: path.display().to_string(), sha256: Some(hash.sha256.clone()), bytes: Some(hash.bytes), ..Row::default() };
@@ -56,7 +56,12 @@ fn identify(row: &mut Row, log: &Log) {
 }
 
 fn explain(row: &mut Row, log: Log, request: RowRequest<'_>) {
-    match explain_until(request.deadline, request.criteria.clone(), vec![log], request.model, &|_| ()) {
+    match explain_with(
+        Options { criteria: request.criteria.clone(), deadline: request.deadline, state: None },
+        vec![log],
+        request.model,
+        &|_| (),
+    ) {
         Ok(explanation) => describe(row, &explanation),
         Err(ExplainError::BadLog { findings, .. }) => {
             row.verdict = "bad-log".to_owned();
@@ -69,6 +74,7 @@ fn explain(row: &mut Row, log: Log, request: RowRequest<'_>) {
 fn describe(row: &mut Row, e: &Explanation) {
     let axis = e.model.axis();
     row.verdict = e.verdict.name().to_owned();
+    row.effort_passes = finite(e.effort_passes);
     row.effects.clone_from(&e.missing);
     for effect in &e.missing {
         let alternative = |other: &String| Alternative { effect: effect.clone(), alternative: other.clone() };

@@ -75,7 +75,7 @@ pub(super) fn limits(e: &FleetEvaluation) -> Vec<String> {
     }
     if e.settings > 1 {
         limits.push(format!(
-            "The answers were computed with {} different settings (model, engine, build): a change may be one of the settings.",
+            "The answers were computed with {} different settings (model, build): a change may be one of the settings.",
             e.settings
         ));
     }

@@ -7,6 +7,7 @@ use super::criteria::Criteria;
 use super::detection::DetectionLimit;
 use super::experiment::NextExperiment;
 use super::reasons::{NotVisible, Refusal, Remark};
+use super::unfinished::Unfinished;
 use crate::identify::fit::{FitResult, MAX_CHI2_PER_N_OF_NOISE, Preparation, PreparedLog};
 use crate::identify::residual::Misfit;
 use crate::log::Log;
@@ -24,7 +25,7 @@ pub enum Verdict {
     PartlyExplained,
     /// The model fails, and no effect of the catalogue explains it.
     UnknownStructure,
-    /// The time limit ended the search.
+    /// The limit of effort or time ended the search.
     NotFinished,
 }
 
@@ -224,6 +225,8 @@ pub struct Explanation {
     pub remaining: Vec<Misfit>,
     /// What is left at the end and no effect explains; empty where it is noise.
     pub unexplained: Vec<Shape>,
+    /// What is open, and the state to continue from, where the search is not finished.
+    pub unfinished: Option<Unfinished>,
     /// What to measure next; `None` where nothing is open.
     pub next: Option<NextExperiment>,
     /// The model with the added effects, fitted: what `--apply` writes.
@@ -238,12 +241,14 @@ pub struct Explanation {
     pub preparation: Preparation,
     /// The range of operation that it covers.
     pub coverage: Coverage,
-    /// Where nothing is missing: the smallest effects that the logs would have shown with 95 % probability, by the engine on whitened residuals.
+    /// Where nothing is missing: the smallest effects that the logs would have shown with 95 % probability.
     pub detection_limits: Vec<DetectionLimit>,
     /// Remarks on the preparation and the search.
     pub remarks: Vec<Remark>,
     /// The criteria in force.
     pub criteria: Criteria,
+    /// Simulated rows × lanes (the value and its derivatives) over the rows of the logs. The same on every machine.
+    pub effort_passes: f64,
     /// Duration of the computation, s.
     pub seconds: f64,
 }

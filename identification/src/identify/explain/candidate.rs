@@ -55,7 +55,7 @@ pub struct FittedCandidate {
 /// Fits a trial from the best point that its score predicts. The fit stops as soon as it is clear whether its χ² falls below `rival`, the χ²
 /// of a rival.
 pub fn fit_trial(base: &FittedModel, trial: &Trial, score: &Score, rival: f64) -> Option<FittedCandidate> {
-    if base.data.deadline.has_passed() {
+    if base.data.budget.is_exhausted() {
         return None;
     }
     let criteria = &base.context.criteria.screening;

@@ -441,21 +441,9 @@ impl Default for DescentCriteria {
     }
 }
 
-/// How the evidence for an effect is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Engine {
-    /// By the free run (output error) and its whitened residuals.
-    #[default]
-    Whitened,
-    /// By the innovations of a Kalman filter (prediction-error form).
-    PredictionError,
-}
-
 /// When the search ends, and what is eliminated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchCriteria {
-    /// The engine; default whitened.
-    pub engine: Engine,
     /// Effects that are added at most; default 10.
     pub max_added: usize,
     /// Insignificant effects in a row that end the search; default 2.
@@ -469,22 +457,22 @@ pub struct SearchCriteria {
     pub zero_amplitude_sigmas: f64,
     /// Times that such an effect may lead to a better fit of the model without it; default 3.
     pub max_restarts: usize,
-    /// Time after which the search ends with its best answer so far, s; default `None`.
-    pub time_limit_s: Option<f64>,
+    /// Effort after which the search ends with its best answer so far: simulated rows × lanes (the value and its derivatives) over the rows of the logs;
+    /// default 400 000, `None`: none.
+    pub max_passes: Option<u64>,
 }
 
 impl Default for SearchCriteria {
     fn default() -> Self {
         let verdict = VerdictCriteria::default();
         SearchCriteria {
-            engine: Engine::default(),
             max_added: 10,
             max_insignificant_in_a_row: 2,
             max_insignificant_fraction: 0.03,
             max_remainders: vec![(4, verdict.max_remainder), (6, verdict.max_remainder_far_from_noise)],
             zero_amplitude_sigmas: 5.0,
             max_restarts: 3,
-            time_limit_s: None,
+            max_passes: Some(400_000),
         }
     }
 }

@@ -83,7 +83,7 @@ pub fn eliminate<'a>(search: &mut Search<'a>) -> Result<(), FitError> {
 pub fn eliminate_at_end(search: &mut Search) -> Result<(), FitError> {
     while search.added.len() > 1
         && let Some(last) = search.models.last()
-        && !last.data.deadline.has_passed()
+        && !last.data.budget.checkpoint()
     {
         let evidence = &last.context.criteria.evidence;
         let mut least: Option<(f64, usize, FittedModel)> = None;
@@ -206,8 +206,7 @@ mod tests {
     fn only_the_needed_effect_is_left_at_the_end() {
         let error = |k: u32| 0.05 * ((f64::from(k) * 12.989_8).sin() * 43_758.545_3).fract();
         with_fit((0..1200).map(|k| (-3e-4, error(k))), |given| {
-            let mut search =
-                Search { models: vec![given], added: Vec::new(), candidates: Vec::new(), remarks: Vec::new(), tests: 1000, doubt: None };
+            let mut search = Search { tests: 1000, ..Search::new(given) };
             for name in ["quadratic-drag", "load", "load-step"] {
                 let before = search.models.last().expect("a model");
                 let mut model = before.model.clone();

@@ -242,7 +242,7 @@ impl<'a> FittedModel<'a> {
     pub fn may_coast(&self, last: &FittedModel) -> Option<Remark> {
         let log = self.context.log;
         let is_command = self.data.driven == Input::Voltage && log.voltage() != VoltageSource::Terminals;
-        if !is_command || self.data.connected.is_some() || self.data.deadline.has_passed() {
+        if !is_command || self.data.connected.is_some() || self.data.budget.is_exhausted() {
             return None;
         }
         let data = PreparedLog { connected: Some(connected_while_coasting(log)?.into()), ..self.data.clone() };

@@ -10,6 +10,7 @@
 //! * [`compare`] ([`likelihood`], [`refusal`]): evidence on whitened residuals;
 //! * [`search`] ([`stop`], [`eliminate`]): add or stop, remove what is no longer needed;
 //! * [`recorded`]: the search again, where its last model contradicts how the log was assumed to be recorded;
+//! * [`unfinished`]: what is open where the budget ends the search, and the state to continue from;
 //! * [`verdict`] ([`unknown_structure`], [`piecewise_linear`], [`symbolic`]): cause, or unknown structure;
 //! * [`detection`]: what the logs would have shown, where nothing is missing;
 //! * [`next_experiment`] ([`design`]): what to measure next.
@@ -36,7 +37,6 @@ mod motion;
 pub mod next_experiment;
 mod open_course;
 mod piecewise_linear;
-mod prediction_error;
 pub mod reasons;
 mod recorded;
 mod refit;
@@ -49,9 +49,10 @@ mod stiffness;
 mod stop;
 mod symbolic;
 #[cfg(test)]
-mod test_rotor;
+pub(crate) mod test_rotor;
 mod trial;
 mod trials;
+pub mod unfinished;
 mod unknown_structure;
 mod verdict;
 mod visibility;
@@ -60,12 +61,13 @@ use std::ops::Range;
 use std::time::Instant;
 
 pub use answer::{Candidate, ChannelError, Estimate, Explanation, Shape, ShapeForm, Stage, Verdict};
-pub use criteria::{Criteria, Engine};
+pub use criteria::Criteria;
 pub use detection::DetectionLimit;
 pub use experiment::{NextExperiment, Purpose, Repeated, Separation};
 pub use join_logs::JoinError;
 pub use reasons::{NotVisible, Progress, Refusal, Remark};
 
+use crate::budget::Budget;
 use crate::deadline::Deadline;
 use crate::identify::constants;
 use crate::identify::defects::defects;
@@ -73,7 +75,7 @@ use crate::identify::fit::held_out::{Departure, departure};
 use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
 use crate::identify::fit::{FitError, Preparation, PreparedLog};
 use crate::identify::predict::refined;
-use crate::identify::recording_conventions::Recording;
+use crate::identify::recording_conventions::{Convention, Recording};
 use crate::identify::residual;
 use crate::log::Log;
 use crate::log::plausible::Defect;
@@ -82,6 +84,7 @@ use coverage::Coverage;
 use fitted_model::FittedModel;
 use recorded::search_as_recorded;
 use search_path::Search;
+use unfinished::{SearchState, StateError, Unfinished};
 
 /// Why there is no explanation.
 #[derive(Debug, thiserror::Error)]
@@ -103,11 +106,14 @@ pub enum ExplainError {
     /// The logs cannot be fitted together.
     #[error(transparent)]
     Join(#[from] JoinError),
+    /// A search cannot be continued from its state.
+    #[error(transparent)]
+    State(#[from] StateError),
 }
 
 /// What all stages share.
 #[derive(Clone, Copy)]
-struct Context<'a> {
+pub(crate) struct Context<'a> {
     /// All logs as one.
     log: &'a Log,
     /// Rows of each log in it.
@@ -116,55 +122,33 @@ struct Context<'a> {
     criteria: &'a Criteria,
 }
 
-/// The given model, fitted as a free run.
-struct Whitened<'a> {
+/// The given model, fitted.
+struct Given<'a> {
     base: FittedModel<'a>,
     recording: Recording,
     /// The logs, with no convention of recording assumed.
     data: PreparedLog<'a>,
 }
 
-/// The given model, fitted, by the engine that searches from it.
-enum Start<'a> {
-    /// As a free run; evidence on whitened residuals.
-    Whitened(Box<Whitened<'a>>),
-    /// In prediction-error form.
-    Predicted(Box<prediction_error::explanation::Given<'a>>),
-}
-
-impl<'a> Start<'a> {
-    fn of(context: Context<'a>, model: &Model, data: PreparedLog<'a>) -> Result<Self, FitError> {
-        if context.criteria.search.engine == Engine::PredictionError
-            && let Some(given) = prediction_error::explanation::given(context, model, &data)?
-        {
-            return Ok(Start::Predicted(Box::new(given)));
-        }
-        let (base, recording) = FittedModel::fit(context, model, data.clone(), None)?;
-        Ok(Start::Whitened(Box::new(Whitened { base, recording, data })))
+impl<'a> Given<'a> {
+    fn of(context: Context<'a>, model: &Model, data: PreparedLog<'a>, conventions: Option<&[Convention]>) -> Result<Self, FitError> {
+        let (base, recording) = FittedModel::fit(context, model, data.clone(), conventions)?;
+        Ok(Given { base, recording, data })
     }
 
-    fn free_run(&self) -> &FittedModel<'a> {
-        match self {
-            Start::Whitened(start) => &start.base,
-            Start::Predicted(given) => &given.free_run,
-        }
-    }
-
-    fn explain(self, context: Context<'a>, model: &Model, progress: &(dyn Fn(&Progress) + Sync)) -> Result<Outcome<'a>, FitError> {
-        match self {
-            Start::Whitened(start) => {
-                let Whitened { base, recording, data } = *start;
-                let (mut search, recording) = search_as_recorded(model, base, recording, data, progress)?;
-                progress(&Progress::ExaminingRemainder);
-                let (verdict, unexplained) = verdict::verdict(&mut search);
-                Ok(Outcome { search, verdict, unexplained, recorded: recording.notes })
+    fn explain(self, model: &Model, state: Option<&SearchState>, progress: &(dyn Fn(&Progress) + Sync)) -> Result<Outcome<'a>, FitError> {
+        let Given { base, recording, data } = self;
+        let hold_out = data.held_out.is_some();
+        let (mut search, recording) = search_as_recorded(model, base, recording, data, state, progress)?;
+        progress(&Progress::ExaminingRemainder);
+        let (verdict, unexplained, unfinished) = match verdict::verdict(&mut search) {
+            Ok((verdict, unexplained)) => (verdict, unexplained, None),
+            Err(open) => {
+                let state = SearchState::of(&search, model, &recording.conventions, hold_out);
+                (Verdict::NotFinished, Vec::new(), Some(Unfinished { open, state }))
             }
-            Start::Predicted(mut given) => {
-                let recorded = std::mem::take(&mut given.notes);
-                let (search, verdict, unexplained) = prediction_error::explanation::explain(context, *given, progress)?;
-                Ok(Outcome { search, verdict, unexplained, recorded })
-            }
-        }
+        };
+        Ok(Outcome { search, verdict, unexplained, unfinished, recorded: recording.notes })
     }
 }
 
@@ -174,6 +158,8 @@ struct Outcome<'a> {
     verdict: Verdict,
     /// The shape of what no effect explains.
     unexplained: Vec<Shape>,
+    /// What the budget left open.
+    unfinished: Option<Unfinished>,
     /// How the log was recorded, as far as its notes do not state it.
     recorded: Vec<PreparationNote>,
 }
@@ -186,35 +172,31 @@ impl Outcome<'_> {
     }
 }
 
+/// How an explanation is made, beside its logs and its model.
+#[derive(Debug, Default)]
+pub struct Options<'a> {
+    /// The thresholds, and the limit of effort.
+    pub criteria: Criteria,
+    /// A limit of time, with which the answer depends on the machine.
+    pub deadline: Deadline,
+    /// The state of a search that was not finished, to go on from.
+    pub state: Option<&'a SearchState>,
+}
+
 /// Explains what `model` lacks on these logs together, by the default criteria.
 ///
 /// # Errors
 /// [`ExplainError`].
 pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&Progress) + Sync)) -> Result<Explanation, ExplainError> {
-    explain_by(Criteria::default(), logs, model, progress)
+    explain_with(Options::default(), logs, model, progress)
 }
 
-/// Explains what `model` lacks on these logs together, by the given criteria.
+/// Explains what `model` lacks on these logs together.
 ///
 /// # Errors
 /// [`ExplainError`].
-pub fn explain_by(
-    criteria: Criteria,
-    logs: Vec<Log>,
-    model: &Model,
-    progress: &(dyn Fn(&Progress) + Sync),
-) -> Result<Explanation, ExplainError> {
-    let deadline = Deadline::after_s(criteria.search.time_limit_s);
-    explain_until(deadline, criteria, logs, model, progress)
-}
-
-/// As [`explain_by`], with a deadline in place of the time limit of the criteria.
-///
-/// # Errors
-/// [`ExplainError`].
-pub fn explain_until(
-    deadline: Deadline,
-    criteria: Criteria,
+pub fn explain_with(
+    Options { criteria, deadline, state }: Options,
     mut logs: Vec<Log>,
     model: &Model,
     progress: &(dyn Fn(&Progress) + Sync),
@@ -230,19 +212,22 @@ pub fn explain_until(
     }
     let paths = logs.iter().map(|l| l.path().display().to_string()).collect();
     let (log, log_rows) = join_logs::join(logs, &criteria.joining)?;
+    state.map_or(Ok(()), |state| state.check(&log, model))?;
     let context = Context { log: &log, log_rows: &log_rows, criteria: &criteria };
-    let fitted = |hold_out: bool| -> Result<_, ExplainError> {
+    let limit = criteria.search.max_passes.map(|passes| passes.saturating_mul(log.len() as u64));
+    let budget = Budget::new(limit, deadline);
+    let fitted = |hold_out: bool, conventions: Option<&[Convention]>| -> Result<_, ExplainError> {
         let (mut data, notes) = prepare::prepare(&log, model, hold_out)?;
-        data.deadline = deadline;
+        data.budget = budget.clone();
         // The evidence is that of increments, whose errors do not accumulate.
         data.absolute_angle = false;
         progress(&Progress::FittingGiven);
-        Ok((Start::of(context, model, data)?, notes))
+        Ok((Given::of(context, model, data, conventions)?, notes))
     };
-    let (start, notes) = fitted(true)?;
-    let base = start.free_run();
+    let (start, notes) = fitted(state.is_none_or(|state| state.hold_out), state.map(|state| state.conventions.as_slice()))?;
+    let base = &start.base;
     // Values on the way to the minimum prove nothing about units.
-    if !base.data.deadline.has_passed()
+    if !budget.checkpoint()
         && let Some(defect) = constants::columns_in_thousandths_by_fit(model, &base.data, &base.fit)
     {
         drop(start);
@@ -250,14 +235,14 @@ pub fn explain_until(
     }
     let shifted = constants::shifted(model, &base.fit);
     let (mut given_data, mut given) = (base.data.clone(), base.fit.clone());
-    let mut outcome = start.explain(context, model, progress)?;
+    let mut outcome = start.explain(model, state, progress)?;
     if let Some(departure) = outcome.departure() {
-        let (start, _) = fitted(false)?;
-        (given_data, given) = (start.free_run().data.clone(), start.free_run().fit.clone());
-        outcome = start.explain(context, model, progress)?;
+        let (start, _) = fitted(false, None)?;
+        (given_data, given) = (start.base.data.clone(), start.base.fit.clone());
+        outcome = start.explain(model, None, progress)?;
         outcome.search.remarks.insert(0, Remark::NothingHeldOut(departure));
     }
-    let Outcome { mut search, verdict, unexplained, recorded } = outcome;
+    let Outcome { mut search, verdict, unexplained, unfinished, recorded } = outcome;
     // Between the minima of the free runs, before the last one is replaced.
     if verdict == Verdict::EffectFound {
         let small = search.small_parts();
@@ -305,6 +290,7 @@ pub fn explain_until(
     let mut remarks: Vec<Remark> = notes.into_iter().chain(recorded).map(Remark::Preparation).collect();
     remarks.extend(shifted.into_iter().map(Remark::ShiftedConstant));
     remarks.append(&mut search.remarks);
+    let rows = log.len().max(1);
     let mut models = search.models.into_iter();
     let (given, explained, model) = match (models.next(), models.next_back()) {
         (Some(first), Some(last)) => (first.fit, last.fit, last.model),
@@ -320,6 +306,7 @@ pub fn explain_until(
         misfits,
         remaining,
         unexplained,
+        unfinished,
         next,
         model,
         explained,
@@ -329,6 +316,7 @@ pub fn explain_until(
         log,
         preparation,
         remarks,
+        effort_passes: budget.spent() as f64 / rows as f64,
         criteria,
         seconds: begin.elapsed().as_secs_f64(),
     })

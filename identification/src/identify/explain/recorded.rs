@@ -9,11 +9,12 @@ use super::fitted_model::FittedModel;
 use super::reasons::Progress;
 use super::search::search;
 use super::search_path::{Search, bic_difference};
+use super::unfinished::SearchState;
 use crate::identify::fit::{FitError, PreparedLog};
 use crate::identify::recording_conventions::{Convention, Recording, gain};
 use crate::model::Model;
 
-/// Searches from `given`, the `model` fitted as `recording` says. `data`: the logs, with no convention assumed.
+/// Searches from `given`, the `model` fitted as `recording` says, and from the stages of a `state` where there is one. `data`: the logs, with no convention assumed.
 ///
 /// # Errors
 /// A model with an added effect cannot be simulated.
@@ -22,26 +23,31 @@ pub fn search_as_recorded<'a>(
     given: FittedModel<'a>,
     mut recording: Recording,
     data: PreparedLog<'a>,
+    state: Option<&SearchState>,
     progress: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Search<'a>, Recording), FitError> {
     let context = given.context;
-    let mut kept = search(given, progress)?;
+    let budget = data.budget.clone();
+    let mut kept = search(given, state, progress)?;
+    if budget.checkpoint() {
+        return Ok((kept, recording));
+    }
     let mut tried = vec![recording.conventions.clone()];
     if let Some((given, other)) = convention_instead(&kept, &recording, &data) {
-        let found = search(given, progress)?;
-        if is_as_likely_with_fewer_effects(&found, &kept) && !data.deadline.has_passed() {
+        let found = search(given, None, progress)?;
+        if is_as_likely_with_fewer_effects(&found, &kept) && !budget.checkpoint() {
             tried.push(other.conventions.clone());
             (kept, recording) = (found, other);
         }
     }
     while let Some(conventions) = other_conventions(&kept, &recording.conventions, &data)?
         && !tried.contains(&conventions)
-        && !data.deadline.has_passed()
+        && !budget.checkpoint()
     {
         let (given, other) = FittedModel::fit(context, model, data.clone(), Some(&conventions))?;
         tried.push(conventions);
-        let found = search(given, progress)?;
-        if !has_lower_bic(&found, &kept) || data.deadline.has_passed() {
+        let found = search(given, None, progress)?;
+        if !has_lower_bic(&found, &kept) || budget.checkpoint() {
             break;
         }
         (kept, recording) = (found, other);
@@ -68,7 +74,7 @@ fn convention_instead<'a>(found: &Search<'a>, recording: &Recording, data: &Prep
     let given = earlier.first()?;
     let limit = given.context.criteria.evidence.min_bic_difference;
     let best_for = |stage: &FittedModel<'a>| {
-        let others = Convention::ALL.into_iter().filter(|other| !recording.conventions.contains(other) && !data.deadline.has_passed());
+        let others = Convention::ALL.into_iter().filter(|other| !recording.conventions.contains(other) && !data.budget.is_exhausted());
         let fitted = others.filter_map(|convention| Some((bic_difference(&stage.recorded_by(convention)?.0, last), convention)));
         fitted.filter(|(bic, _)| *bic > -limit).max_by(|one, other| one.0.total_cmp(&other.0))
     };

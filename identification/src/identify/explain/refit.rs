@@ -42,6 +42,9 @@ fn refit_best(base: &FittedModel, screening: &Screening, mut fitted: Vec<FittedC
     // The best trials first: the refits of the others stop as soon as they cannot reach their χ².
     let (first, others) = cheap.split_at(cheap.len().min(criteria.screening.simultaneous_refits));
     for list in [first, others] {
+        if base.data.budget.checkpoint() {
+            break;
+        }
         let rival = least_chi2(&fitted);
         let more: Vec<FittedCandidate> = list.par_iter().filter_map(|&k| fit_trial(base, &trials[k], &scores[k], rival)).collect();
         fitted.extend(more);
@@ -96,7 +99,7 @@ fn fit_from_windows(base: &FittedModel) -> Option<(Screening, Vec<FittedCandidat
     tried.retain(|f| f.chi2 < limit);
     let mut tried = best_of_each_structure(tried);
     let mut fitted: Vec<FittedCandidate> = Vec::new();
-    while !tried.is_empty() {
+    while !tried.is_empty() && !base.data.budget.checkpoint() {
         let rival = least_chi2(&fitted);
         let few: Vec<FittedCandidate> = tried.drain(..tried.len().min(criteria.simultaneous_refits)).collect();
         fitted.extend(few.into_par_iter().filter_map(|f| f.on_whole_data(base, rival)).collect::<Vec<_>>());
@@ -110,6 +113,9 @@ fn fit_windows(short: &FittedModel, mut tried: Vec<FittedCandidate>) -> (Screeni
     let Screening { trials, scores, .. } = &screening;
     let criteria = short.context.criteria;
     for few in screening.best_for_windows(criteria).chunks(criteria.screening.simultaneous_refits) {
+        if short.data.budget.checkpoint() {
+            break;
+        }
         let rival = least_chi2(&tried);
         tried.extend(few.par_iter().filter_map(|&k| fit_trial(short, &trials[k], &scores[k], rival)).collect::<Vec<_>>());
     }

@@ -56,7 +56,7 @@ pub fn score_trials(base: &FittedModel, trials: &[Trial]) -> Vec<Score> {
         .par_iter()
         .flat_map_iter(|batch| {
             let first = &trials[batch[0]];
-            let list = if base.data.deadline.has_passed() {
+            let list = if base.data.budget.is_exhausted() {
                 Vec::new()
             } else if first.absent {
                 score_absent(base, trials, batch)

@@ -11,43 +11,87 @@ use super::compare::adding_step;
 use super::eliminate::{eliminate, eliminate_at_end, without_if_zero};
 use super::fitted_model::FittedModel;
 use super::reasons::Progress;
-use super::search_path::{Added, Search};
+use super::search_path::{Added, Search, Termination};
 use super::stop::{last_effects_are_insignificant, stage_before_stand_ins, too_much_left};
-use crate::identify::fit::FitError;
+use super::unfinished::SearchState;
+use crate::identify::fit::{FitError, PreparedLog};
 
-/// Adds effects to the `given` model as long as the evidence supports it.
+/// Adds effects to the `given` model as long as the evidence supports it; from the stages of a `state`, where there is one.
 ///
 /// # Errors
 /// A model with an added effect cannot be simulated.
-pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync)) -> Result<Search<'a>, FitError> {
-    let criteria = given.context.criteria;
-    let mut search = Search { models: vec![given], added: Vec::new(), candidates: Vec::new(), remarks: Vec::new(), tests: 0, doubt: None };
-    let mut restarts = 0;
-    let mut visited = Vec::new();
-    while search.added.len() < criteria.search.max_added {
+pub fn search<'a>(
+    given: FittedModel<'a>,
+    state: Option<&SearchState>,
+    progress: &(dyn Fn(&Progress) + Sync),
+) -> Result<Search<'a>, FitError> {
+    let mut search = Search::new(given);
+    if let Some(state) = state {
+        restore(&mut search, state, progress)?;
+    }
+    if state.is_none_or(|state| !state.is_complete) {
+        search.termination = add_effects(&mut search, progress)?;
+    }
+    if !search.termination.is_by_budget() {
+        remove_unnecessary(&mut search)?;
+    }
+    Ok(search)
+}
+
+/// Fits the stages of a state again. The given model is screened again, for the answer.
+fn restore(search: &mut Search, state: &SearchState, progress: &(dyn Fn(&Progress) + Sync)) -> Result<(), FitError> {
+    search.restarts = state.restarts;
+    for stage in &state.stages {
         let Some(base) = search.models.last() else { break };
-        if input_between_samples(base).is_some() {
-            // An effect that fits better now may imitate the unknown input.
+        // The models of a state were checked when it was read.
+        let Ok(model) = stage.model() else { break };
+        if search.added.is_empty() {
+            progress(&Progress::Trying { added: None });
+            let step = adding_step(base);
+            let chosen = step.candidates.iter().position(|c| c.added_to(&base.model).1 == stage.effect);
+            search.candidates = step.answer(base);
+            search.tests = step.tests;
+            search.doubt = chosen.map(|chosen| step.doubt(chosen));
+        }
+        let data = PreparedLog { rate_from_encoder: stage.rate_from_encoder, ..base.data.clone() };
+        let next = base.refit(&model, data)?;
+        search.models.push(next);
+        search.added.push(Added { name: stage.effect.clone(), rivals: stage.rivals.clone() });
+    }
+    Ok(())
+}
+
+fn add_effects(search: &mut Search, progress: &(dyn Fn(&Progress) + Sync)) -> Result<Termination, FitError> {
+    let mut visited = Vec::new();
+    while let Some(base) = search.models.last() {
+        let criteria = base.context.criteria;
+        if search.added.len() >= criteria.search.max_added {
             break;
         }
+        if input_between_samples(base).is_some() {
+            // An effect that fits better now may imitate the unknown input.
+            return Ok(Termination::InputBetweenSamples);
+        }
         progress(&Progress::Trying { added: search.added.last().map(|a| a.name.clone()) });
-        let deadline = base.data.deadline;
         let mut step = adding_step(base);
-        let choice = if deadline.has_passed() { None } else { step.choice_beside_open_course(base) };
+        let choice = if base.data.budget.checkpoint() { None } else { step.choice_beside_open_course(base) };
         if search.added.is_empty() {
             search.candidates = step.answer(base);
             search.tests = step.tests;
         }
-        // After the deadline not all candidates were compared: the best of those that were may be the wrong cause.
-        let Some(chosen) = choice else { break };
+        if base.data.budget.checkpoint() {
+            // Not all candidates were compared: the best of those that were may be the wrong cause.
+            return Ok(Termination::Budget);
+        }
+        let Some(chosen) = choice else { return Ok(Termination::NoEvidence) };
         let candidate = &step.candidates[chosen];
         let (model, name) = candidate.added_to(&base.model);
         let next = base.refit(&model, base.data_for(&candidate.trial).into_owned())?;
-        if restarts < criteria.search.max_restarts
+        if search.restarts < criteria.search.max_restarts
             && let Some(better) = without_if_zero(&next, &name)?
         {
             // The added effect only led the fit to a better minimum of the model without it.
-            restarts += 1;
+            search.restarts += 1;
             if let Some(last) = search.models.last_mut() {
                 *last = better;
             }
@@ -60,22 +104,27 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
         search.added.push(Added { name, rivals });
         search.models.push(next);
         if search.added.len() > 1 {
-            eliminate(&mut search)?;
+            eliminate(search)?;
         }
         let structure = search.models.last().map(|last| last.model.structure());
         if visited.contains(&structure) {
-            break;
+            return Ok(Termination::Repeated);
         }
         visited.push(structure);
         let misfits = search.chi2_per_n();
         if last_effects_are_insignificant(criteria, &misfits) {
             search.keep(search.added.len() - criteria.search.max_insignificant_in_a_row);
-            break;
+            return Ok(Termination::Insignificant);
         }
         if too_much_left(criteria, &misfits) {
-            break;
+            return Ok(Termination::TooMuchLeft);
         }
     }
+    Ok(Termination::MostAdded)
+}
+
+/// Removes what a complete search has added in vain.
+fn remove_unnecessary(search: &mut Search) -> Result<(), FitError> {
     // No later effect has shown that the last one is unnecessary.
     if let (Some(last), Some(added)) = (search.models.last(), search.added.last())
         && let Some(less) = without_if_zero(last, &added.name)?
@@ -85,9 +134,10 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
             *last = less;
         }
     }
-    eliminate_at_end(&mut search)?;
+    eliminate_at_end(search)?;
+    let Some(criteria) = search.models.last().map(|last| last.context.criteria) else { return Ok(()) };
     if let Some(kept) = stage_before_stand_ins(criteria, &search.chi2_per_n()) {
         search.keep(kept);
     }
-    Ok(search)
+    Ok(())
 }

@@ -18,10 +18,40 @@ pub struct Search<'a> {
     pub candidates: Vec<Candidate>,
     /// Remarks for the user.
     pub remarks: Vec<Remark>,
-    /// Number of tests of an adding step on whitened residuals; 0 before the first and in prediction-error form.
+    /// Number of tests of an adding step on whitened residuals; 0 before the first.
     pub tests: usize,
     /// The candidates of the first step that the logs do not distinguish from the added one.
     pub doubt: Option<Doubt>,
+    /// Times that an added effect led to a better fit of the model without it.
+    pub restarts: usize,
+    /// Why it ended.
+    pub termination: Termination,
+}
+
+/// Why a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Termination {
+    /// No further effect has enough evidence.
+    NoEvidence,
+    /// As many effects as allowed were added.
+    MostAdded,
+    /// The input between its samples explains what is left.
+    InputBetweenSamples,
+    /// It came back to effects that it had.
+    Repeated,
+    /// The last effects removed hardly anything.
+    Insignificant,
+    /// Many effects leave much of the error.
+    TooMuchLeft,
+    /// The budget is exhausted.
+    Budget,
+}
+
+impl Termination {
+    /// Other effects might have been added.
+    pub fn is_by_budget(self) -> bool {
+        self == Termination::Budget
+    }
 }
 
 /// An added effect.
@@ -32,7 +62,21 @@ pub struct Added {
     pub rivals: Vec<Trial>,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    /// The search at its begin.
+    pub fn new(given: FittedModel<'a>) -> Self {
+        Search {
+            models: vec![given],
+            added: Vec::new(),
+            candidates: Vec::new(),
+            remarks: Vec::new(),
+            tests: 0,
+            doubt: None,
+            restarts: 0,
+            termination: Termination::MostAdded,
+        }
+    }
+
     /// Names of the added effects from number `from` on.
     pub fn names(&self, from: usize) -> Vec<String> {
         self.added[from..].iter().map(|a| a.name.clone()).collect()
@@ -131,8 +175,9 @@ mod tests {
                 let with_load = given.refit(&model, given.data.clone()).expect("a fit");
                 assert!(part.contains(&explained_part(&given, &with_load)), "{}", explained_part(&given, &with_load));
                 let added = vec![Added { name: "load".to_owned(), rivals: Vec::new() }];
-                let models = vec![given, with_load];
-                let search = Search { models, added, candidates: Vec::new(), remarks: Vec::new(), tests: 1000, doubt: None };
+                let mut search = Search { tests: 1000, ..Search::new(given) };
+                search.models.push(with_load);
+                search.added = added;
                 assert_eq!(search.small_parts().len(), usize::from(hidden > -1e-6));
             });
         }

@@ -3,15 +3,17 @@
 use std::ops::Range;
 
 use drive_model::{Card, Elastic, ParameterKind, Screening};
+use serde::{Deserialize, Serialize};
 
 use super::reasons::NotVisible;
 use crate::identify::fit::{Parameters, PreparedLog};
 use crate::model::Model;
 
 /// One effect at one set of values.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Trial {
     /// The effect.
+    #[serde(with = "super::unfinished::card")]
     pub card: &'static Card,
     /// Values of its parameters, in the card's order.
     pub values: Vec<f64>,

@@ -5,18 +5,21 @@ use super::answer::{Shape, Verdict};
 use super::criteria::MisfitClass;
 use super::reasons::Remark;
 use super::search_path::{Search, bic_difference};
+use super::unfinished::OpenPart;
 use super::unknown_structure;
 
-/// The verdict, and the shape of what no effect explains. A deadline that passes during the search or during the search for unknown structures leaves no
-/// verdict: what was cut short may have missed something.
-pub fn verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
-    let Some(deadline) = search.models.first().map(|first| first.data.deadline) else { return (Verdict::Adequate, Vec::new()) };
-    let not_finished = (Verdict::NotFinished, Vec::new());
-    if deadline.has_passed() {
-        return not_finished;
+/// The verdict, and the shape of what no effect explains. A budget that ends the search or the search for unknown structures leaves no
+/// verdict: what was cut short may have missed something. Then the part that is open.
+pub fn verdict(search: &mut Search) -> Result<(Verdict, Vec<Shape>), OpenPart> {
+    let Some(budget) = search.models.first().map(|first| first.data.budget.clone()) else { return Ok((Verdict::Adequate, Vec::new())) };
+    if search.termination.is_by_budget() {
+        return Err(OpenPart::AddingStep { number: search.added.len() + 1 });
+    }
+    if budget.checkpoint() {
+        return Err(OpenPart::Conventions);
     }
     let found = finished_verdict(search);
-    if deadline.has_passed() { not_finished } else { found }
+    if budget.checkpoint() { Err(OpenPart::Remainder) } else { Ok(found) }
 }
 
 /// The verdict of a complete search. `effect-found` needs an adequate final model: only noise is left, of whatever colour. Where one unknown

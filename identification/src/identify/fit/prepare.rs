@@ -8,7 +8,7 @@ use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, 
 use super::voltage::{self, InputTiming, Known, VoltageCourse};
 use drive_model::{Card, Requirement};
 
-use crate::deadline::Deadline;
+use crate::budget::Budget;
 use crate::log::{Axis, Log, RateSource, VoltageSource};
 use crate::model::{BaseParameter, Channel, Input, Model};
 
@@ -356,7 +356,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         segments,
         channels: compared,
         dt_s,
-        deadline: Deadline::NEVER,
+        budget: Budget::default(),
         predictor: None,
         absolute_angle: log.provenance("theta_rad").absolute,
     };

@@ -12,7 +12,7 @@ use super::known_motion::KnownMotion;
 use super::predictor::Predictor;
 use super::voltage;
 use super::voltage::{InputTiming, VoltageCourse};
-use crate::deadline::Deadline;
+use crate::budget::Budget;
 use crate::log::{Axis, Log};
 use crate::model::{Channel, Input};
 
@@ -94,8 +94,8 @@ pub struct PreparedLog<'a> {
     pub dt_s: f64,
     /// True in the rows that are held out of the fit; `None` where none are.
     pub held_out: Option<Arc<[bool]>>,
-    /// When a fit to these rows has to end, with its best values so far.
-    pub deadline: Deadline,
+    /// What a computation with these rows may spend; then it ends with its best values so far.
+    pub budget: Budget,
     /// How the simulated state follows the measurement; `None`: the simulation runs freely, and the angle is compared by its increments.
     pub predictor: Option<Arc<Predictor>>,
     /// The angle itself is compared, not its increments (from the log's notes).
@@ -271,7 +271,7 @@ impl Preparation {
             channels: data.channels.iter().map(channel).collect(),
             dt_s: data.dt_s,
             held_out: data.held_out.clone(),
-            deadline: Deadline::NEVER,
+            budget: Budget::default(),
             predictor: None,
             absolute_angle: data.absolute_angle,
         })

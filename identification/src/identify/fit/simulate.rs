@@ -11,10 +11,27 @@ use super::prepare::is_of_sensor;
 use super::prepared_log::{ComparedChannel, PreparedLog};
 use crate::model::{Channel, Input};
 
-/// Simulates one segment and calls `visit(channel, row, value)` with each compared value, until it returns false.
+/// Simulates one segment and calls `visit(channel, row, value)` with each compared value, until it returns false. Counts the rows in the budget of the data.
 ///
 /// `kinds` and `values` are the initial states; `free` is the number of free parameters, whose derivatives precede those of the states.
 pub fn run<S: DerivativeScalar>(
+    rig: &Rig<S>,
+    data: &PreparedLog,
+    segment: usize,
+    (kinds, values): (&[InitialStateKind], &[f64]),
+    free: usize,
+    visit: &mut impl FnMut(usize, usize, &S) -> bool,
+) {
+    let begin = data.segments[segment].start;
+    let mut end = begin;
+    run_uncounted(rig, data, segment, (kinds, values), free, &mut |channel, row, value| {
+        end = row + 1;
+        visit(channel, row, value)
+    });
+    data.budget.spend(end - begin, 1 + S::DERIVATIVES);
+}
+
+fn run_uncounted<S: DerivativeScalar>(
     rig: &Rig<S>,
     data: &PreparedLog,
     segment: usize,
@@ -95,19 +112,18 @@ fn follow<S: DerivativeScalar>(
     visit: &mut impl FnMut(usize, usize, &S) -> bool,
 ) {
     let rows = data.segments[segment].clone();
-    let mut noise = vec![S::zero(); chains.len()];
     let of_motion = |c: usize| matches!(data.channels[c].channel, Channel::Rate | Channel::Angle);
     for row in rows.clone() {
         let span = data.row_input(row, rows.end);
         for c in (0..chains.len()).filter(|&c| of_motion(c)) {
             let reading = rig.read((state.omega, state.theta, state.heat_K), &span, state.current);
             let read = Row { input: &span, omega: state.omega, theta: state.theta, reading: &reading, current_slope_A_s: S::zero() };
-            let Some(value) = chains[c].push(&read).map(|value| value + noise[c]) else { continue };
+            let Some(value) = chains[c].push(&read) else { continue };
             if !visit(c, row, &value) {
                 return;
             }
             if let Some(target) = data.target(c, row, rows.start) {
-                predictor.correct(c, -value + target, &mut state, &mut noise);
+                predictor.correct(c, -value + target, &mut state);
             }
         }
         let before = (state.omega, state.theta, state.heat_K);
@@ -124,15 +140,14 @@ fn follow<S: DerivativeScalar>(
                 continue;
             }
             let read = Row { input: &span, omega: before.0, theta: before.1, reading: &reading, current_slope_A_s };
-            let Some(value) = chains[c].push(&read).map(|value| value + noise[c]) else { continue };
+            let Some(value) = chains[c].push(&read) else { continue };
             if !visit(c, row, &value) {
                 return;
             }
             if let Some(target) = data.target(c, row, rows.start) {
-                predictor.correct(c, -value + target, &mut state, &mut noise);
+                predictor.correct(c, -value + target, &mut state);
             }
         }
-        predictor.advance(&mut noise);
         if !state.omega.re().is_finite() {
             for rest in row + 1..rows.end {
                 for c in 0..chains.len() {

@@ -46,7 +46,7 @@ impl Iterate {
     }
 }
 
-/// Minimises χ² from `iterate` until the predicted decrease is below `tolerance(χ²)`, or until the deadline of the data.
+/// Minimises χ² from `iterate` until the predicted decrease is below `tolerance(χ²)`, or until the budget of the data is exhausted.
 pub fn minimize(problem: Problem, iterate: Iterate, tolerance: impl FnMut(f64) -> f64) -> Iterate {
     minimize_within(problem, iterate, MAX_STEPS, tolerance)
 }
@@ -60,7 +60,7 @@ pub fn minimize_within(problem: Problem, mut iterate: Iterate, max_steps: usize,
     let mut damping = 1e-3;
     let values = (data.len() * data.channels.len()) as f64;
     let mut cost_before = equations.cost;
-    while steps < max_steps && !data.deadline.has_passed() {
+    while steps < max_steps && !data.budget.is_exhausted() {
         if steps > 0 && steps.is_multiple_of(STALLED_STEPS) {
             let chi2_per_n = equations.cost / values;
             if chi2_per_n > WRONG_MODEL_CHI2_PER_N && cost_before - equations.cost < chi2_per_n {

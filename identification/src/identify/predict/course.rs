@@ -102,7 +102,7 @@ pub fn add_course(fit: &mut FitResult, by_course: &DMatrix<f64>) {
 /// A free run with the covariance by the course, where it leaves only noise or its values at t may be held. The stand's own moments of an open loop determine the course.
 pub fn with_course_of_free_run(system: &System, log: &Log, data: &PreparedLog, mut fit: FitResult) -> FitResult {
     let is_known = data.voltage_course.as_ref().is_some_and(|course| course.known == Known::Moments);
-    if is_known || data.deadline.has_passed() || !(fit.leaves_noise_only() || hold_is_open(log, data)) {
+    if is_known || data.budget.is_exhausted() || !(fit.leaves_noise_only() || hold_is_open(log, data)) {
         return fit;
     }
     let weights = fit::weights(&fit.channels.iter().map(|c| c.noise).collect::<Vec<_>>());

@@ -1,12 +1,11 @@
 //! Parameters, random torque and noise of largest likelihood.
 //!
-//! At a large random torque each row is predicted from the one before: the likelihood is nearly quadratic in the parameters, and no start value is too
-//! far. The density then falls by decades, each fit starting from the one before (homotopy), down to the free run. The density with the largest
-//! likelihood stays.
+//! From the parameters of a free run: the density of the random torque falls by decades from the largest; the density with the largest likelihood stays.
+//! Noise and parameters then follow in turn, until the likelihood does not grow.
 
 use std::sync::Arc;
 
-use super::gain::{ChannelNoise, stationary_filter};
+use super::gain::stationary_filter;
 use super::row_model::row_model;
 use crate::identify::fit::normal_equations::MAX_UNKNOWNS;
 use crate::identify::fit::predictor::Predictor;
@@ -21,8 +20,8 @@ use crate::model::Channel;
 pub struct NoiseModel {
     /// Density of the random torque, (N m)²/Hz two-sided.
     pub torque_density: f64,
-    /// Noise of each channel.
-    pub channels: Vec<ChannelNoise>,
+    /// Standard deviation of the white noise of each channel, in its unit.
+    pub white: Vec<f64>,
 }
 
 /// A model in prediction-error form: parameters, what is random, and the likelihood.
@@ -42,14 +41,8 @@ pub struct PredictionFit {
 
 /// Decades from the largest density to the smallest, at which the rows since the start count as much as the last ones.
 const DECADES: i32 = 12;
-/// Densities in a row with a smaller likelihood that end the homotopy.
-const MAX_WORSE: usize = 2;
-/// Steps of the parameters at each density.
-const STEPS_PER_DENSITY: usize = 3;
 /// Predicted decrease of −2 ln L below which the parameters are at their best.
 const MIN_DECREASE: f64 = 0.05;
-/// Part of the innovations' variance from which on the white noise follows them before the density is known.
-const MIN_WHITE_PART: f64 = 0.5;
 /// Part of a variance to which it may fall at once.
 const MIN_WHITE_FALL: f64 = 0.01;
 /// Steps of the parameters at the end.
@@ -74,20 +67,12 @@ impl<'s, 'a> Prediction<'s, 'a> {
     }
 
     /// White noise of each channel, from its series.
-    pub fn first_noise(&self) -> Vec<ChannelNoise> {
-        let noise = self.data.channels.iter().enumerate().map(|(c, channel)| {
-            let white = match (channel.channel, channel.quantum) {
-                (Channel::Angle, Some(_)) => self.least_noise(c),
-                _ => fit::noise::of_series(channel.measured.iter().copied()).max(self.least_noise(c)),
-            };
-            ChannelNoise { white, coloured: None }
+    pub fn first_noise(&self) -> Vec<f64> {
+        let noise = self.data.channels.iter().enumerate().map(|(c, channel)| match (channel.channel, channel.quantum) {
+            (Channel::Angle, Some(_)) => self.least_noise(c),
+            _ => fit::noise::of_series(channel.measured.iter().copied()).max(self.least_noise(c)),
         });
         noise.collect()
-    }
-
-    /// Standard deviation of the noise of each channel as a free run compares it, from its series.
-    pub fn series_noise(&self) -> Vec<f64> {
-        (0..self.data.channels.len()).map(|c| fit::channel_fit::noise_of_series(&self.data, c)).collect()
     }
 
     /// Density that moves the rate from row to row as much as it moves in the log; `None` where neither rate nor angle moves.
@@ -115,17 +100,10 @@ impl<'s, 'a> Prediction<'s, 'a> {
         PreparedLog { predictor: Some(Arc::clone(predictor)), ..self.data.clone() }
     }
 
-    /// The fit of largest likelihood from parameters that may be far off: densities from the largest downwards.
-    pub fn fit_from_far(&self, parameters: &Parameters) -> Option<PredictionFit> {
-        let noise = NoiseModel { torque_density: self.largest_density(parameters)?, channels: self.first_noise() };
-        let begin = self.at(parameters, None, noise)?;
-        self.fit(begin)
-    }
-
     /// The fit of largest likelihood from parameters near it: the density at these parameters, then all that is random, and the parameters to the end;
     /// and whether it has converged.
     pub fn fit_near(&self, parameters: &Parameters) -> Option<(PredictionFit, bool)> {
-        let noise = NoiseModel { torque_density: self.largest_density(parameters)?, channels: self.first_noise() };
+        let noise = NoiseModel { torque_density: self.largest_density(parameters)?, white: self.first_noise() };
         let floor = self.smallest_density(parameters)?;
         let mut best = self.best_lower_density(&self.at(parameters, None, noise)?, floor)?;
         for _ in 0..NEAR_ROUNDS {
@@ -135,7 +113,7 @@ impl<'s, 'a> Prediction<'s, 'a> {
             }
             self.refine(&mut best);
             best = self.descend(best, NEAR_STEPS)?;
-            if self.data.deadline.has_passed() {
+            if self.data.budget.is_exhausted() {
                 break;
             }
             if best.minus_2_ln_likelihood > before - MIN_DECREASE {
@@ -143,34 +121,6 @@ impl<'s, 'a> Prediction<'s, 'a> {
             }
         }
         Some((best, false))
-    }
-
-    /// The fit of largest likelihood from a point: densities from that of the point downwards, then all that is random.
-    pub fn fit(&self, begin: PredictionFit) -> Option<PredictionFit> {
-        let mut best = self.lower(begin)?;
-        self.refine(&mut best);
-        Some(best)
-    }
-
-    /// Lowers the density, until the likelihood falls; the parameters follow. Returns the best point.
-    pub fn lower(&self, begin: PredictionFit) -> Option<PredictionFit> {
-        let floor = self.smallest_density(&begin.parameters)?;
-        let mut here = self.descend(begin, STEPS_PER_DENSITY)?;
-        let mut best = here.clone();
-        let mut worse = 0;
-        while here.noise.torque_density > floor && worse < MAX_WORSE && !self.data.deadline.has_passed() {
-            let Some(lower) = self.best_lower_density(&here, floor) else { break };
-            let Some(mut next) = self.descend(lower, STEPS_PER_DENSITY) else { break };
-            self.match_white_noise(&mut next, MIN_WHITE_PART);
-            if next.minus_2_ln_likelihood < best.minus_2_ln_likelihood {
-                best = next.clone();
-                worse = 0;
-            } else {
-                worse += 1;
-            }
-            here = next;
-        }
-        Some(best)
     }
 
     /// The most likely density below that of a point, in decades, at its parameters: at least one decade below, as the parameters are to follow.
@@ -189,7 +139,7 @@ impl<'s, 'a> Prediction<'s, 'a> {
     /// Density between the decades, then the white noise of each channel, then the parameters to the end.
     pub fn refine(&self, best: &mut PredictionFit) {
         let Some(floor) = self.smallest_density(&best.parameters) else { return };
-        self.match_white_noise(best, 0.0);
+        self.match_white_noise(best);
         for step in [0.5_f64, 0.25] {
             for sign in [1.0, -1.0] {
                 let density = (best.noise.torque_density * 10f64.powf(sign * step)).max(floor);
@@ -201,7 +151,7 @@ impl<'s, 'a> Prediction<'s, 'a> {
                 }
             }
         }
-        self.match_white_noise(best, 0.0);
+        self.match_white_noise(best);
         if let Some(end) = self.descend(best.clone(), LAST_STEPS)
             && end.minus_2_ln_likelihood <= best.minus_2_ln_likelihood
         {
@@ -209,19 +159,17 @@ impl<'s, 'a> Prediction<'s, 'a> {
         }
     }
 
-    /// White noise with which the variance of each channel's innovations is that of the filter, where the likelihood rises by it. Only channels of whose
-    /// variance the white noise is at least `min_part`: where the random torque is too large, the rest would be taken from the noise.
-    pub fn match_white_noise(&self, best: &mut PredictionFit, min_part: f64) {
+    /// White noise with which the variance of each channel's innovations is that of the filter, where the likelihood rises by it.
+    pub fn match_white_noise(&self, best: &mut PredictionFit) {
         let (_, mean_squares) = self.innovations(&best.parameters, &best.initial_states, &best.predictor);
         let mut noise = best.noise.clone();
-        for (c, channel) in noise.channels.iter_mut().enumerate() {
+        for (c, white) in noise.white.iter_mut().enumerate() {
             // The noise of counts is known.
             let counts = self.data.channels[c].channel == Channel::Angle && self.data.channels[c].quantum.is_some();
             let least = self.least_noise(c);
-            let enough = channel.white.powi(2) >= min_part * best.predictor.innovation_variances[c];
-            if !counts && enough && mean_squares[c].is_finite() {
-                let variance = channel.white.powi(2) + mean_squares[c] - best.predictor.innovation_variances[c];
-                channel.white = variance.max(MIN_WHITE_FALL * channel.white.powi(2)).sqrt().max(least);
+            if !counts && mean_squares[c].is_finite() {
+                let variance = white.powi(2) + mean_squares[c] - best.predictor.innovation_variances[c];
+                *white = variance.max(MIN_WHITE_FALL * white.powi(2)).sqrt().max(least);
             }
         }
         if let Some(next) = self.at(&best.parameters, Some(best.initial_states.clone()), noise)
@@ -241,7 +189,7 @@ impl<'s, 'a> Prediction<'s, 'a> {
     /// The prediction at these parameters, with the filter for this noise; initial states from the first rows where none are given.
     pub fn at(&self, parameters: &Parameters, states: Option<InitialStates>, noise: NoiseModel) -> Option<PredictionFit> {
         let model = row_model(self.system, parameters, &self.data)?;
-        let predictor = stationary_filter(&model, noise.torque_density, &noise.channels).map(Arc::new)?;
+        let predictor = stationary_filter(&model, noise.torque_density, &noise.white).map(Arc::new)?;
         let states = states.unwrap_or_else(|| {
             let data = self.following(&predictor);
             let kinds = initial_state_kinds(&self.system.rig::<f64>(parameters, data.driven), &data);
@@ -255,7 +203,7 @@ impl<'s, 'a> Prediction<'s, 'a> {
     }
 
     fn at_density(&self, point: &PredictionFit, torque_density: f64) -> Option<PredictionFit> {
-        let noise = NoiseModel { torque_density, channels: point.noise.channels.clone() };
+        let noise = NoiseModel { torque_density, white: point.noise.white.clone() };
         self.at(&point.parameters, Some(point.initial_states.clone()), noise)
     }
 

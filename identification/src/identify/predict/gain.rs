@@ -1,6 +1,6 @@
 //! The stationary Kalman filter of a row model.
 //!
-//! In: a [`RowModel`], the density of the random torque, white and coloured noise of each channel. Out: a [`Predictor`]: gains, and the variance of
+//! In: a [`RowModel`], the density of the random torque, white noise of each channel. Out: a [`Predictor`]: gains, and the variance of
 //! each channel's innovations. The covariance of the prediction solves the discrete algebraic Riccati equation, by the structure-preserving doubling
 //! algorithm (Chu, Fan, Lin, Wang, Int. J. Control 77 (2004) 767), which converges quadratically also for a very small random torque.
 
@@ -9,58 +9,26 @@ use nalgebra::{DMatrix, DVector};
 use super::row_model::{DriveState, RowModel};
 use crate::identify::fit::predictor::{Gain, Predictor};
 
-/// Noise of a channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ChannelNoise {
-    /// Standard deviation of the white noise, in the unit of the channel.
-    pub white: f64,
-    /// Coloured noise beside it.
-    pub coloured: Option<ColouredNoise>,
-}
-
-/// A first-order Gauss–Markov process.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ColouredNoise {
-    /// Standard deviation, in the unit of the channel.
-    pub sigma: f64,
-    /// Correlation from row to row.
-    pub decay: f64,
-}
-
 /// Doublings of the Riccati equation at most: 2^60 rows.
 const MAX_DOUBLINGS: usize = 60;
 /// Relative change of the covariance at which the doubling ends.
 const TOLERANCE: f64 = 1e-12;
 
 /// The filter for a random torque of `density`, (N m)²/Hz two-sided; `None` where the equation has no solution.
-pub fn stationary_filter(model: &RowModel, density: f64, noise: &[ChannelNoise]) -> Option<Predictor> {
-    let drive = model.states.len();
-    let coloured: Vec<usize> = (0..noise.len()).filter(|&c| noise[c].coloured.is_some()).collect();
-    let n = drive + coloured.len();
-    let mut f = DMatrix::<f64>::zeros(n, n);
-    let mut q = DMatrix::<f64>::zeros(n, n);
-    f.view_mut((0, 0), (drive, drive)).copy_from(&model.transition);
-    q.view_mut((0, 0), (drive, drive)).copy_from(&(&model.by_torque * density));
-    let mut readings: Vec<DVector<f64>> = model.readings.iter().map(|r| r.clone().resize_vertically(n, 0.0)).collect();
-    for (k, &c) in coloured.iter().enumerate() {
-        let ColouredNoise { sigma, decay } = noise[c].coloured?;
-        f[(drive + k, drive + k)] = decay;
-        q[(drive + k, drive + k)] = sigma * sigma * (1.0 - decay * decay);
-        readings[c][drive + k] = 1.0;
-    }
-    let p = prediction_covariance(&f, &q, &readings, noise)?;
-    gains(model, &f, p, &readings, noise, &coloured)
+pub fn stationary_filter(model: &RowModel, density: f64, white: &[f64]) -> Option<Predictor> {
+    let p = prediction_covariance(&model.transition, &(&model.by_torque * density), &model.readings, white)?;
+    gains(model, p, white)
 }
 
 /// Covariance of the predicted state: the solution of P = F (P⁻¹ + Cᵀ R⁻¹ C)⁻¹ Fᵀ + Q.
-fn prediction_covariance(f: &DMatrix<f64>, q: &DMatrix<f64>, readings: &[DVector<f64>], noise: &[ChannelNoise]) -> Option<DMatrix<f64>> {
+fn prediction_covariance(f: &DMatrix<f64>, q: &DMatrix<f64>, readings: &[DVector<f64>], white: &[f64]) -> Option<DMatrix<f64>> {
     let n = f.nrows();
     // States in units in which the best channel's white noise is 1: the doubling loses no digits.
     let information = |readings: &dyn Fn(usize) -> DVector<f64>| {
         let mut g = DMatrix::<f64>::zeros(n, n);
-        for (c, noise) in noise.iter().enumerate() {
+        for (c, white) in white.iter().enumerate() {
             let r = readings(c);
-            g += &r * r.transpose() / (noise.white * noise.white);
+            g += &r * r.transpose() / (white * white);
         }
         g
     };
@@ -90,43 +58,26 @@ fn prediction_covariance(f: &DMatrix<f64>, q: &DMatrix<f64>, readings: &[DVector
 }
 
 /// Gains of the channels one after the other, from the covariance of the prediction.
-fn gains(
-    model: &RowModel,
-    f: &DMatrix<f64>,
-    mut p: DMatrix<f64>,
-    readings: &[DVector<f64>],
-    noise: &[ChannelNoise],
-    coloured: &[usize],
-) -> Option<Predictor> {
-    let drive = model.states.len();
-    let mut predictor = Predictor {
-        gains: vec![Gain::default(); noise.len()],
-        innovation_variances: vec![0.0; noise.len()],
-        noise_decay: noise.iter().map(|n| n.coloured.map_or(0.0, |c| c.decay)).collect(),
-    };
+fn gains(model: &RowModel, mut p: DMatrix<f64>, white: &[f64]) -> Option<Predictor> {
+    let mut predictor = Predictor { gains: vec![Gain::default(); white.len()], innovation_variances: vec![0.0; white.len()] };
     // Those at the time of the row are used first.
-    let order = (0..noise.len()).filter(|&c| !model.over_row[c]).chain((0..noise.len()).filter(|&c| model.over_row[c]));
+    let order = (0..white.len()).filter(|&c| !model.over_row[c]).chain((0..white.len()).filter(|&c| model.over_row[c]));
     for c in order {
-        let covariance = &p * &readings[c];
-        let variance = readings[c].dot(&covariance) + noise[c].white * noise[c].white;
+        let covariance = &p * &model.readings[c];
+        let variance = model.readings[c].dot(&covariance) + white[c] * white[c];
         if variance.is_nan() || variance <= 0.0 {
             return None;
         }
         let gain = &covariance / variance;
         p -= &gain * covariance.transpose();
         // A mean over the row corrects the state at its end.
-        let moved = if model.over_row[c] { f * &gain } else { gain.clone() };
+        let moved = if model.over_row[c] { &model.transition * &gain } else { gain };
         let of = |state: DriveState| model.states.iter().position(|s| *s == state).map_or(0.0, |k| moved[k]);
-        let mut by_channel = vec![0.0; noise.len()];
-        for (k, &of) in coloured.iter().enumerate() {
-            by_channel[of] = gain[drive + k];
-        }
         predictor.gains[c] = Gain {
             omega: of(DriveState::Omega),
             theta: of(DriveState::Theta),
             motor_omega: of(if model.states.contains(&DriveState::MotorOmega) { DriveState::MotorOmega } else { DriveState::Omega }),
             twist: of(DriveState::Twist),
-            noise: by_channel,
         };
         predictor.innovation_variances[c] = variance;
     }
@@ -150,7 +101,7 @@ mod tests {
                 readings: vec![DVector::from_element(1, 1.0)],
                 over_row: vec![false],
             };
-            let filter = stationary_filter(&model, density, &[ChannelNoise { white, coloured: None }]).unwrap();
+            let filter = stationary_filter(&model, density, &[white]).unwrap();
             let (q, r) = (density * b, white * white);
             // P = a² P r/(P + r) + q.
             let half = 0.5 * (q - r * (1.0 - a * a));

@@ -17,7 +17,7 @@ use crate::model::{Channel, Input};
 /// The fit with its final parameters and standard errors: those of the prediction errors where the input may be from a loop, otherwise those of the free run; both with what the log leaves
 /// open of the input within its rows. Also whether they are of the prediction errors.
 pub fn refined(system: &System, log: &Log, data: &PreparedLog, free_run: FitResult) -> (FitResult, bool) {
-    let in_loop = may_be_in_loop(log, data) && free_run.converged && !data.deadline.has_passed();
+    let in_loop = may_be_in_loop(log, data) && free_run.converged && !data.budget.is_exhausted();
     if in_loop
         && free_run.leaves_noise_only()
         && let Some(found) = by_prediction_errors(system, log, data, &free_run)

@@ -4,9 +4,7 @@
 //! on the rate discriminates the causes: in the rate, a torque gives a/(nω), an error of the rate sensor a, an encoder error a·nω. The sums are
 //! therefore weighted in each of these ways.
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
-
+use crate::statistics::fourier::transform;
 use crate::statistics::robust::median;
 
 /// Bins per revolution: harmonic 400 loses 6 % of its amplitude.
@@ -93,14 +91,4 @@ pub fn frequencies(value: &[f64], dt_s: f64, count: usize) -> Vec<f64> {
     peaks.sort_by(|a, b| size[*b].total_cmp(&size[*a]));
     peaks.truncate(count);
     peaks.iter().map(|&k| k as f64 / (padded as f64 * dt_s)).collect()
-}
-
-/// Fourier transform of a real series; empty for an empty one.
-pub fn transform(mut series: Vec<f64>) -> Vec<Complex<f64>> {
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(series.len());
-    let mut lines = plan.make_output_vec();
-    match plan.process(&mut series, &mut lines) {
-        Ok(()) => lines,
-        Err(_) => Vec::new(),
-    }
 }

@@ -8,8 +8,8 @@
 use nalgebra::{DMatrix, DVector};
 use realfft::num_complex::Complex;
 
-use super::harmonics::transform;
 use crate::statistics::distributions::log10_f_tail;
+use crate::statistics::fourier::transform;
 
 /// Most lines on either side over which the spectrum is smoothed.
 const MAX_SMOOTHING_LINES: usize = 12;

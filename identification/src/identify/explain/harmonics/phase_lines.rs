@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 use realfft::num_complex::Complex;
 
 use crate::identify::fit::PreparedLog;
-use crate::identify::residual::harmonics::transform;
 use crate::statistics::Extremes;
+use crate::statistics::fourier::transform;
 
 /// Bins per period of the highest order: sharing a value by two bins takes 5 % of its amplitude there.
 const BINS_PER_PERIOD: f64 = 8.0;
@@ -92,11 +92,6 @@ impl PhaseLines {
     /// Order of a line, periods per turn.
     pub fn order(&self, line: usize) -> f64 {
         line as f64 * self.orders_per_line
-    }
-
-    /// Number of lines between two orders that the phase just distinguishes.
-    pub fn resolution(&self) -> usize {
-        PADDING
     }
 
     /// The least and the highest order.

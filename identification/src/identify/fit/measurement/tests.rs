@@ -49,7 +49,7 @@ fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a>
         channels: vec![channel],
         dt_s: ROW_S,
         held_out: None,
-        deadline: crate::deadline::Deadline::NEVER,
+        budget: crate::budget::Budget::default(),
     }
 }
 

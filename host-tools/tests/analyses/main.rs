@@ -1,0 +1,13 @@
+//! Analyses by the library: input in, data and reports out.
+
+mod allan;
+mod allan_disturbed;
+mod allan_imu_noise;
+mod allan_noise;
+#[path = "../common/mod.rs"]
+mod common;
+mod drift_covered;
+mod drift_three_axes;
+mod explain_report;
+mod linear_axis;
+mod where_prescribed;

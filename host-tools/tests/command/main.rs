@@ -1,0 +1,24 @@
+//! The command `stand`: arguments and files in, output, files and exit status out.
+
+mod allan_command;
+mod answers;
+mod bad_input;
+mod calibrate_command;
+mod calibrate_foreign;
+mod calibrate_refused;
+mod certificate;
+#[path = "../common/mod.rs"]
+mod common;
+mod drift_command;
+mod explain_command;
+mod explain_next;
+mod fit_command;
+mod fleet;
+mod import;
+mod json_everywhere;
+mod observer_command;
+mod options;
+mod record_store;
+mod records_command;
+mod shell_command;
+mod stability_command;

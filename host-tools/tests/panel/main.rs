@@ -1,0 +1,9 @@
+//! The server of `stand panel`.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod panel;
+mod panel_laboratory;
+mod panel_measure;
+mod panel_security;
+mod panel_texts;

@@ -1,0 +1,169 @@
+//! A search that its budget has ended: what is open, and the state from which another run continues.
+//!
+//! The state holds what was decided, as model files with their fitted values. Another run fits these again, screens the given model again for the
+//! answer, and goes on where the budget ended. The budget of that run counts from zero.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use sha2::{Digest, Sha256};
+
+use super::search_path::Search;
+use super::trial::Trial;
+use crate::identify::recording_conventions::Convention;
+use crate::log::Log;
+use crate::model::{Model, ModelError};
+
+/// Version of the form of [`SearchState`].
+const VERSION: u32 = 1;
+
+/// What a search has not settled.
+#[derive(Debug, Clone)]
+pub struct Unfinished {
+    /// The part that the budget ended.
+    pub open: OpenPart,
+    /// What the next run continues from.
+    pub state: SearchState,
+}
+
+/// A part of the method that was not completed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OpenPart {
+    /// Whether a further effect is missing.
+    AddingStep {
+        /// Its number: 1 for the first effect.
+        number: usize,
+    },
+    /// Whether the log was recorded by another convention.
+    Conventions,
+    /// What is left, and whether a structure that no effect has describes it better.
+    Remainder,
+}
+
+/// What a search has settled.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct SearchState {
+    version: u32,
+    /// Blocks of rows are held out.
+    pub(super) hold_out: bool,
+    /// Nothing more was to be added by these conventions.
+    pub(super) is_complete: bool,
+    /// Times that an added effect led to a better fit without it.
+    pub(super) restarts: usize,
+    /// Conventions of recording that were assumed.
+    pub(super) conventions: Vec<Convention>,
+    /// SHA-256 of the columns of the logs, hexadecimal.
+    logs_sha256: String,
+    /// The given model, as it was read.
+    model: String,
+    /// One stage for each added effect.
+    #[serde(default)]
+    pub(super) stages: Vec<StageState>,
+}
+
+/// A model with an added effect.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct StageState {
+    /// Name of the effect that was added.
+    pub effect: String,
+    /// Whether its rate channel is derived from the encoder.
+    pub rate_from_encoder: bool,
+    /// The model file with the fitted values.
+    model: String,
+    /// Effects that may take its place later.
+    #[serde(default)]
+    pub rivals: Vec<Trial>,
+}
+
+/// Why a state cannot be continued from.
+#[derive(Debug, thiserror::Error)]
+pub enum StateError {
+    /// It is not the text of a state.
+    #[error("this is no state of a search: {0}")]
+    NoState(String),
+    /// Another version of the program has written it.
+    #[error("the state has version {0}; this program continues from version {VERSION}: explain the log again from the begin")]
+    Version(u32),
+    /// It is the state of another model.
+    #[error("the state is that of another model: continue with the model that was given then, or explain the log again from the begin")]
+    OtherModel,
+    /// It is the state of other logs.
+    #[error("the state is that of other logs: continue with the logs that were given then, or explain these from the begin")]
+    OtherLogs,
+    /// A model in it cannot be read.
+    #[error("a model in the state cannot be read: {0}")]
+    Model(#[from] ModelError),
+}
+
+impl SearchState {
+    pub(super) fn of(search: &Search, given: &Model, conventions: &[Convention], hold_out: bool) -> SearchState {
+        let stages = search.added.iter().zip(search.models.iter().skip(1)).map(|(added, fitted)| StageState {
+            effect: added.name.clone(),
+            rate_from_encoder: fitted.data.rate_from_encoder,
+            model: fitted.model.to_toml(),
+            rivals: added.rivals.clone(),
+        });
+        SearchState {
+            version: VERSION,
+            hold_out,
+            is_complete: !search.termination.is_by_budget(),
+            restarts: search.restarts,
+            conventions: conventions.to_vec(),
+            logs_sha256: hash_of(search.models.first().map(|first| first.context.log)),
+            model: given.to_toml(),
+            stages: stages.collect(),
+        }
+    }
+
+    /// The state in a text of [`SearchState::to_toml`].
+    ///
+    /// # Errors
+    /// The text is no state, or that of another version.
+    pub fn parse(text: &str) -> Result<SearchState, StateError> {
+        let state: SearchState = toml::from_str(text).map_err(|error| StateError::NoState(error.message().to_owned()))?;
+        if state.version == VERSION { Ok(state) } else { Err(StateError::Version(state.version)) }
+    }
+
+    /// The state as the text of a file.
+    pub fn to_toml(&self) -> String {
+        // Numbers, texts and lists have a form in TOML.
+        toml::to_string(self).unwrap_or_default()
+    }
+
+    pub(super) fn check(&self, log: &Log, given: &Model) -> Result<(), StateError> {
+        self.stages.iter().try_for_each(|stage| stage.model().map(drop))?;
+        if self.model != given.to_toml() {
+            return Err(StateError::OtherModel);
+        }
+        if self.logs_sha256 == hash_of(Some(log)) { Ok(()) } else { Err(StateError::OtherLogs) }
+    }
+}
+
+fn hash_of(log: Option<&Log>) -> String {
+    let mut hash = Sha256::new();
+    for column in log.into_iter().flat_map(Log::columns) {
+        hash.update(column.name.as_bytes());
+        column.values.iter().for_each(|value| hash.update(value.to_le_bytes()));
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+impl StageState {
+    pub fn model(&self) -> Result<Model, ModelError> {
+        Model::parse(&self.model, "a stage of the search")
+    }
+}
+
+/// An effect of the catalogue by its name.
+pub(super) mod card {
+    use drive_model::Card;
+
+    use super::*;
+
+    pub fn serialize<S: Serializer>(card: &&'static Card, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(card.id)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<&'static Card, D::Error> {
+        let id = String::deserialize(from)?;
+        drive_model::card(&id).ok_or_else(|| serde::de::Error::custom(format!("no effect {id:?} in the catalogue")))
+    }
+}

@@ -1,0 +1,14 @@
+//! Logs of simulated and real drives: fit, residual and `explain`.
+
+mod closed_loop;
+mod detection_limits;
+mod dirty_logs;
+mod explains;
+mod foreign_cases;
+mod known_motion;
+mod other_drives;
+mod own_firmware;
+mod real_records;
+mod repetition;
+mod several_logs;
+mod where_it_fails;

@@ -1,0 +1,9 @@
+//! The project itself: layers, documentation, files of others, random input.
+
+mod architecture;
+mod build_identity;
+mod docs_are_true;
+mod everything_moves;
+mod foreign_programs;
+mod fuzz;
+mod hardware_page;
