@@ -1,8 +1,8 @@
 //! An answer in the forms of the command line: JSON, text, HTML.
 
-use host_tools::report::Style;
 use pyo3::prelude::*;
 use serde_json::Value;
+use stand_report::Style;
 
 use crate::log::Log;
 use crate::model::Model;
@@ -19,8 +19,8 @@ pub struct Answer {
     text: String,
     #[pyo3(get)]
     html: String,
-    series: Option<host_tools::log::Log>,
-    model: Option<host_tools::model::Model>,
+    series: Option<identification::log::Log>,
+    model: Option<identification::model::Model>,
     /// State of a search that was not finished, to go on from; None for any other answer.
     #[pyo3(get)]
     state: Option<String>,
@@ -33,12 +33,12 @@ impl Answer {
     }
 
     /// The same with the measured and modelled series.
-    pub fn with_series(self, series: host_tools::log::Log) -> Self {
+    pub fn with_series(self, series: identification::log::Log) -> Self {
         Answer { series: Some(series), ..self }
     }
 
     /// The same with a model that the analysis made.
-    pub fn with_model(self, model: host_tools::model::Model) -> Self {
+    pub fn with_model(self, model: identification::model::Model) -> Self {
         Answer { model: Some(model), ..self }
     }
 

@@ -12,8 +12,8 @@ use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, RecordBatchIterato
 use arrow_buffer::{Buffer, ScalarBuffer};
 use arrow_cast::cast;
 use arrow_schema::{ArrowError, DataType, Field, Schema, TimeUnit};
-use host_tools::log::Log;
-use host_tools::log::import::table::{Table, TableColumn};
+use identification::log::Log;
+use identification::log::import::table::{Table, TableColumn};
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyCapsuleMethods};
 

@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use host_tools::acquire::calibration_session::journal::JournalError;
-use host_tools::acquire::calibration_session::run::Progress;
-use host_tools::acquire::calibration_session::simulated::{simulate, stand_with_dut};
-use host_tools::acquire::calibration_session::{DutKind, PreparedSession, SessionChanges};
-use host_tools::calibrate::record::{self, CalibrationRecord, ForeignSession, RecordError};
-use host_tools::report::calibration as report;
-use host_tools::report::json::value;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stand_acquire::calibration_session::journal::JournalError;
+use stand_acquire::calibration_session::run::Progress;
+use stand_acquire::calibration_session::simulated::{simulate, stand_with_dut};
+use stand_acquire::calibration_session::{DutKind, PreparedSession, SessionChanges};
+use stand_records::record::{self, CalibrationRecord, ForeignSession, RecordError};
+use stand_report::calibration as report;
+use stand_report::json::value;
 
 use crate::answer::Answer;
 use crate::error::{analysis_error, log_error_at, stand_error};
@@ -35,7 +35,7 @@ fn record_error(error: &RecordError) -> PyErr {
     }
 }
 
-fn answer(record: &CalibrationRecord, units: &host_tools::report::units::Units) -> Answer {
+fn answer(record: &CalibrationRecord, units: &stand_report::units::Units) -> Answer {
     let stored = report::stored(record);
     Answer::new(&value(&stored), report::text(&report::displayed_record(&stored, units)), report::html(record))
 }

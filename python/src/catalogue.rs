@@ -1,8 +1,8 @@
 //! `effects`: the catalogue.
 
 use drive_model::card;
-use host_tools::report;
 use pyo3::prelude::*;
+use stand_report as report;
 
 use crate::answer::Answer;
 use crate::model::chosen;

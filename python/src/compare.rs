@@ -1,16 +1,16 @@
 //! `compare`, `fit` and `simulate`.
 
-use host_tools::deadline::Deadline;
-use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
-use host_tools::identify::explain::criteria::JoiningCriteria;
-use host_tools::identify::explain::join_logs::join;
-use host_tools::identify::sensitivities::with_sensitivities;
-use host_tools::identify::series::series;
-use host_tools::log;
-use host_tools::log::plausible::Defect;
-use host_tools::model;
-use host_tools::report::{self, Comparison};
+use identification::deadline::Deadline;
+use identification::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
+use identification::identify::explain::criteria::JoiningCriteria;
+use identification::identify::explain::join_logs::join;
+use identification::identify::sensitivities::with_sensitivities;
+use identification::identify::series::series;
+use identification::log;
+use identification::log::plausible::Defect;
+use identification::model;
 use pyo3::prelude::*;
+use stand_report::Comparison;
 use std::sync::Arc;
 
 use crate::answer::{Answer, STYLE};
@@ -36,7 +36,7 @@ pub fn logs_for(logs: &[Arc<log::Log>], model: &model::Model) -> PyResult<Vec<lo
 
 /// What makes a log implausible as a record of a drive, as an exception.
 pub fn implausible(log: &log::Log, findings: &[Defect], json: &serde_json::Value) -> PyErr {
-    implausible_log(report::bad_log_text(log, findings, STYLE), json.to_string(), report::bad_log_html(log, findings))
+    implausible_log(stand_report::bad_log_text(log, findings, STYLE), json.to_string(), stand_report::bad_log_html(log, findings))
 }
 
 /// The logs as one, with even times.
@@ -61,7 +61,7 @@ fn evaluated(log: &log::Log, model: &model::Model, wanted: Wanted, deadline: Dea
         Wanted::Fit { all_rows: true } => ParameterTreatment::FittedToAllRows,
     };
     let evaluated = match evaluate(log, model, treatment, deadline).map_err(analysis_error)? {
-        Evaluation::ImplausibleLog(findings) => return Err(implausible(log, &findings, &report::bad_log_json(log, &findings))),
+        Evaluation::ImplausibleLog(findings) => return Err(implausible(log, &findings, &stand_report::bad_log_json(log, &findings))),
         Evaluation::Evaluated(evaluated) => *evaluated,
     };
     let fitted = matches!(wanted, Wanted::Fit { .. });
@@ -74,8 +74,9 @@ fn evaluated(log: &log::Log, model: &model::Model, wanted: Wanted, deadline: Dea
     };
     let rows = rows.map_err(|error| log_error(&error))?;
     let comparison = Comparison::of(log, model, &evaluated, fitted);
-    let json = if fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) };
-    let answer = Answer::new(&json, report::comparison_text(&comparison, STYLE), report::comparison_html(&comparison)).with_series(rows);
+    let json = if fitted { stand_report::fit_json(&comparison) } else { stand_report::compare_json(&comparison) };
+    let answer =
+        Answer::new(&json, stand_report::comparison_text(&comparison, STYLE), stand_report::comparison_html(&comparison)).with_series(rows);
     if !fitted {
         return Ok(answer);
     }

@@ -1,10 +1,10 @@
 //! `drift`: drift of a gyroscope by pulses of alternating sign, and bias and scale of a rate gyro on the turning platform.
 
-use host_tools::drift::compute::{DriftSettings, measurement};
-use host_tools::drift::measurement::SetupUncertainties;
-use host_tools::drift::platform;
-use host_tools::report::drift as report;
 use pyo3::prelude::*;
+use stand_analysis::drift::compute::{DriftSettings, measurement};
+use stand_analysis::drift::measurement::SetupUncertainties;
+use stand_analysis::drift::platform;
+use stand_report::drift as report;
 
 use crate::answer::Answer;
 use crate::error::analysis_error;
@@ -39,7 +39,7 @@ pub fn drift(
     };
     let settings = DriftSettings { angle_gain_V_rad, torquer_gain_rad_s_A, pulse_s, angle_limit_V, latitude_deg, uncertainties };
     let units = units(units_of_answer)?;
-    let logs: Vec<_> = logs.iter().map(|log| host_tools::log::Log::clone(&log.shared())).collect();
+    let logs: Vec<_> = logs.iter().map(|log| identification::log::Log::clone(&log.shared())).collect();
     task::run(py, None, move |_| {
         let failed = |error| analysis_error(report::error_text(&error));
         let result = measurement(&logs, &settings).map_err(failed)?.evaluate().map_err(failed)?;

@@ -3,8 +3,8 @@
 use std::fmt::Display;
 use std::path::Path;
 
-use host_tools::log;
-use host_tools::model;
+use identification::log;
+use identification::model;
 use pyo3::prelude::*;
 
 mod exceptions {

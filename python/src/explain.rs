@@ -1,12 +1,12 @@
 //! `explain`.
 
-use host_tools::identify::explain::unfinished::SearchState;
-use host_tools::identify::explain::{Criteria, ExplainError, Options, explain_with};
-use host_tools::identify::series::series;
-use host_tools::report;
-use host_tools::report::explanation::sentences;
+use identification::identify::explain::unfinished::SearchState;
+use identification::identify::explain::{Criteria, ExplainError, Options, explain_with};
+use identification::identify::series::series;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stand_report as report;
+use stand_report::explanation::sentences;
 
 use crate::answer::{Answer, STYLE};
 use crate::compare::{implausible, logs_for};

@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use host_tools::fleet::evaluation::evaluate;
-use host_tools::fleet::row::microseconds_of;
-use host_tools::fleet::run::{self, Callbacks, on_one_thread};
-use host_tools::fleet::session::logs_of;
-use host_tools::fleet::{FileHash, IdentityTable, Row, Session, Settings, table};
-use host_tools::identify::explain::Criteria;
-use host_tools::report::fleet::{self as report, RowRequest};
+use identification::identify::explain::Criteria;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use stand_analysis::fleet::evaluation::evaluate;
+use stand_analysis::fleet::row::microseconds_of;
+use stand_analysis::fleet::run::{self, Callbacks, on_one_thread};
+use stand_analysis::fleet::session::logs_of;
+use stand_analysis::fleet::{FileHash, IdentityTable, Row, Session, Settings, table};
+use stand_report::fleet::{self as report, RowRequest};
 
 use crate::answer::Answer;
 use crate::error::analysis_error;
@@ -145,8 +145,8 @@ impl FleetSession {
         let session = locked(&self.session).take().ok_or_else(closed)?;
         let (identities, table) = (self.identities.clone(), self.table.clone());
         let settings = session.settings().clone();
-        let model =
-            host_tools::model::Model::parse(&settings.model, &settings.model_name).map_err(|error| crate::error::model_error(&error))?;
+        let model = identification::model::Model::parse(&settings.model, &settings.model_name)
+            .map_err(|error| crate::error::model_error(&error))?;
         let criteria = criteria_of(settings.effort_limit_passes.and_then(|passes| u64::try_from(passes).ok()));
         task::run(py, progress.as_ref(), move |task| {
             let total = paths.len();

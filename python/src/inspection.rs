@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use host_tools::log::import::{self, Inspection};
-use host_tools::report;
+use identification::log::import::{self, Inspection};
 use pyo3::prelude::*;
+use stand_report as report;
 
 use crate::answer::Answer;
 use crate::error::log_error;

@@ -1,7 +1,7 @@
 //! Extension module `rotary_stand._native`: the library's logs, models, analyses and stand for the Python package around it.
 //!
 //! No analysis is here. A call converts its arguments, runs one function of the library on a thread of its own without the interpreter's lock ([`task`]), and
-//! returns the answer in the forms of [`host_tools::report`] ([`answer`]). Errors become exceptions of `rotary_stand.errors` ([`error`]).
+//! returns the answer in the forms of [`stand_report`] ([`answer`]). Errors become exceptions of `rotary_stand.errors` ([`error`]).
 
 mod answer;
 mod arrow;
@@ -40,8 +40,8 @@ fn instruction_sets() -> Vec<&'static str> {
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("DRIFT_COLUMNS", host_tools::drift::compute::COLUMNS.to_vec())?;
-    module.add("OBSERVER_COLUMNS", host_tools::observer::recorded::COLUMNS.to_vec())?;
+    module.add("DRIFT_COLUMNS", stand_analysis::drift::compute::COLUMNS.to_vec())?;
+    module.add("OBSERVER_COLUMNS", stand_analysis::observer::recorded::COLUMNS.to_vec())?;
     module.add_class::<answer::Answer>()?;
     module.add_class::<fleet::FleetSession>()?;
     module.add_class::<log::Log>()?;

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use host_tools::log;
-use host_tools::log::import;
-use host_tools::report;
+use identification::log;
+use identification::log::import;
 use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyCapsule;
+use stand_report as report;
 
 use crate::arrow;
 use crate::error::log_error;

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use host_tools::log::Axis;
-use host_tools::model::{self, Input, ModelError, SummingPoint};
-use host_tools::report;
-use host_tools::words::nearest;
+use identification::log::Axis;
+use identification::model::{self, Input, ModelError, SummingPoint};
+use identification::words::nearest;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stand_report as report;
 
 use crate::error::model_error;
 

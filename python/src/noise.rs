@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use host_tools::allan::{AllanError, Interpretation, Request, Taus};
-use host_tools::report::allan as report;
-use host_tools::report::units::Units;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stand_analysis::allan::{AllanError, Interpretation, Request, Taus};
+use stand_report::allan as report;
+use stand_report::units::Units;
 
 use crate::answer::Answer;
 use crate::error::{analysis_error, log_error};

@@ -1,10 +1,10 @@
 //! `observer`: design of state observers of a gyrotheodolite, their frequency responses, and an observer run over a log.
 
-use host_tools::observer::recorded::row_interval_s;
-use host_tools::observer::{Bode, Kind, Plant, Poles, Request};
-use host_tools::report::observer as report;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stand_analysis::observer::recorded::row_interval_s;
+use stand_analysis::observer::{Bode, Kind, Plant, Poles, Request};
+use stand_report::observer as report;
 
 use crate::answer::Answer;
 use crate::error::{analysis_error, log_error};

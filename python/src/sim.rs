@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use hal_sim::plant::Stand;
 use hal_sim::session::SessionRequest;
-use host_tools::acquire::hidden::hide;
-use host_tools::acquire::profile_choice::choose_profile;
-use host_tools::acquire::simulation::{SimulationError, described_stand, simulate_to_file};
-use host_tools::report::simulation as report;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stand_acquire::hidden::hide;
+use stand_acquire::profile_choice::choose_profile;
+use stand_acquire::simulation::{SimulationError, described_stand, simulate_to_file};
 use stand_firmware::profile::ProfileConfig;
 use stand_firmware::speed_loop::Mode;
+use stand_report::simulation as report;
 
 use crate::answer::Answer;
 use crate::error::{analysis_error, log_error, stand_error};

@@ -5,14 +5,14 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use embassy_futures::block_on;
-use host_tools::acquire::link::SerialLink;
-use host_tools::acquire::profile_recording::{ProfileRecordingError, ProfileRecordingRequest, early_end, record_profile};
-use host_tools::acquire::recording::{RecordingMonitor, RecordingProgress};
-#[cfg(unix)]
-use host_tools::acquire::serve::SimulatedStand;
-use host_tools::log::Notes;
+use identification::log::Notes;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use stand_acquire::link::SerialLink;
+use stand_acquire::profile_recording::{ProfileRecordingError, ProfileRecordingRequest, early_end, record_profile};
+use stand_acquire::recording::{RecordingMonitor, RecordingProgress};
+#[cfg(unix)]
+use stand_acquire::serve::SimulatedStand;
 use stand_firmware::telemetry::Channels;
 
 use crate::error::{log_error, stand_error};

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use host_tools::log::Log;
-use host_tools::log::import::table::{Table, TableColumn};
-use host_tools::log::import::{Inspection, Statements, inspect_table, log_of_table, own_log_of_table};
-use host_tools::report::inspection::{note_not_understood, open_question};
+use identification::log::Log;
+use identification::log::import::table::{Table, TableColumn};
+use identification::log::import::{Inspection, Statements, inspect_table, log_of_table, own_log_of_table};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
+use stand_report::inspection::{note_not_understood, open_question};
 
 use crate::error::{log_error, log_error_at};
 

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::time::Duration;
 
-use host_tools::deadline::Deadline;
+use identification::deadline::Deadline;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 

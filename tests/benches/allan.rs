@@ -9,9 +9,9 @@ use std::process::Command;
 use std::time::Instant;
 
 use hal_sim::peripherals::Noise;
-use host_tools::allan::deviation::Series;
-use host_tools::allan::{Request, Taus};
-use host_tools::log::{Column, Log};
+use identification::log::{Column, Log};
+use stand_analysis::allan::deviation::Series;
+use stand_analysis::allan::{Request, Taus};
 use stand_tests::memory::{peak_MiB, resident_MiB};
 
 const ROWS: usize = 10_000_000;

@@ -7,9 +7,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use host_tools::calibrate::DutKind;
-use host_tools::statistics::distributions::binomial_interval;
+use identification::statistics::distributions::binomial_interval;
 use rayon::prelude::*;
+use stand_analysis::calibrate::DutKind;
 use stand_tests::drawn_parts::{Compared, DESCRIPTIVE, calibrated};
 
 fn main() {

@@ -4,8 +4,8 @@
 //! `coloured` and so on.
 
 use hal_sim::plant::Stand;
-use host_tools::deadline::Deadline;
-use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
+use identification::deadline::Deadline;
+use identification::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;

@@ -5,7 +5,7 @@
 use std::time::Instant;
 
 use hal_sim::plant::Stand;
-use host_tools::log::{Column, Log};
+use identification::log::{Column, Log};
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 use stand_tests::memory::{peak_MiB, resident_MiB};

@@ -7,14 +7,14 @@
 use std::process::Command;
 use std::time::Instant;
 
-use host_tools::deadline::Deadline;
-use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
-use host_tools::identify::explain::criteria::JoiningCriteria;
-use host_tools::identify::explain::explain;
-use host_tools::identify::explain::join_logs::join;
-use host_tools::log::import::{self, Statements};
-use host_tools::log::{Column, Log};
-use host_tools::model::Model;
+use identification::deadline::Deadline;
+use identification::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
+use identification::identify::explain::criteria::JoiningCriteria;
+use identification::identify::explain::explain;
+use identification::identify::explain::join_logs::join;
+use identification::log::import::{self, Statements};
+use identification::log::{Column, Log};
+use identification::model::Model;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use stand_tests::memory::peak_MiB;

@@ -2,9 +2,9 @@
 //!
 //! `cargo bench -p stand-tests --bench voltage_slope -- [N]`: N logs per effect.
 
-use host_tools::deadline::Deadline;
-use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
-use host_tools::log::{Column, Log};
+use identification::deadline::Deadline;
+use identification::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
+use identification::log::{Column, Log};
 use rayon::prelude::*;
 use stand_tests::TWO_SIDED_95;
 use stand_tests::coverage_table::CoverageTable;

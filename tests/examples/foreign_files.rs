@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use host_tools::log::Log;
+use identification::log::Log;
 use stand_tests::programs::corpus;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

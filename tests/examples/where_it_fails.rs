@@ -5,13 +5,13 @@
 use std::time::Instant;
 
 use hal_sim::plant::Stand;
-use host_tools::identify::{fit, residual};
-use host_tools::log::{Axis, Log};
-use host_tools::model::Model;
-use host_tools::report;
+use identification::identify::{fit, residual};
+use identification::log::{Axis, Log};
+use identification::model::Model;
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
+use stand_report as report;
 use stand_tests::fails;
 use stand_tests::foreign::{cases, stand_data};
 use stand_tests::own;

@@ -6,9 +6,9 @@
 
 use crate::coverage_table::CoverageTable;
 use hal_sim::peripherals::{Noise, SlowNoise};
-use host_tools::allan::{Answer, Request, Taus};
-use host_tools::log::{Column, Log};
+use identification::log::{Column, Log};
 use rayon::prelude::*;
+use stand_analysis::allan::{Answer, Request, Taus};
 use std::path::Path;
 
 /// One degree per hour, rad/s.

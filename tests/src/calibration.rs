@@ -1,14 +1,14 @@
 //! Calibrations on the simulated stand: a stand and a session in TOML, run over the serial line in virtual time, and the findings.
 
 use hal_sim::plant::Stand;
-use host_tools::acquire::calibration_session::journal::{Journal, read_logs};
-use host_tools::acquire::calibration_session::simulated::simulate;
-use host_tools::acquire::calibration_session::{PreparedSession, Session};
-use host_tools::calibrate::record::{CalibrationRecord, compute};
-use host_tools::calibrate::{Findings, Quantity, Step};
-use host_tools::deadline::Deadline;
-use host_tools::statistics::Extremes;
-use host_tools::statistics::uncertainty::{COVERAGE_PROBABILITY, Evaluation, coverage_factor};
+use identification::deadline::Deadline;
+use identification::statistics::Extremes;
+use identification::statistics::uncertainty::{COVERAGE_PROBABILITY, Evaluation, coverage_factor};
+use stand_acquire::calibration_session::journal::{Journal, read_logs};
+use stand_acquire::calibration_session::simulated::simulate;
+use stand_acquire::calibration_session::{PreparedSession, Session};
+use stand_analysis::calibrate::{Findings, Quantity, Step};
+use stand_records::record::{CalibrationRecord, compute};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 

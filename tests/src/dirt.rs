@@ -3,8 +3,8 @@
 //! In: a log of the simulated stand, a kind of dirt, a seed. Out: the log as a laboratory would have recorded it. The dynamics are unchanged: a null stays
 //! a null.
 
-use host_tools::identify::fit::noise;
-use host_tools::log::{Column, Log, Notes};
+use identification::identify::fit::noise;
+use identification::log::{Column, Log, Notes};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 

@@ -16,9 +16,9 @@ use hal_sim::plant::outsiders::{
 };
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
-use host_tools::identify::explain::DetectionLimit;
-use host_tools::log::{Column, Log};
-use host_tools::model::Model;
+use identification::identify::explain::DetectionLimit;
+use identification::log::{Column, Log};
+use identification::model::Model;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use stand_firmware::profile::ProfileKind;

@@ -8,12 +8,12 @@ use std::path::Path;
 use hal_sim::peripherals::SlowNoise;
 use hal_sim::peripherals::imu::ImuSetup;
 use hal_sim::plant::Stand;
-use host_tools::acquire::calibration_session::simulated::simulate;
-use host_tools::acquire::calibration_session::{DutKind, PreparedSession, SessionChanges, Step, default_session, drawn_dut};
-use host_tools::calibrate::plateaus::plateaus;
-use host_tools::calibrate::record::{self, CalibrationRecord};
-use host_tools::calibrate::{Meaning, Quantity};
-use host_tools::deadline::Deadline;
+use identification::deadline::Deadline;
+use stand_acquire::calibration_session::simulated::simulate;
+use stand_acquire::calibration_session::{DutKind, PreparedSession, SessionChanges, Step, default_session, drawn_dut};
+use stand_analysis::calibrate::plateaus::plateaus;
+use stand_analysis::calibrate::{Meaning, Quantity};
+use stand_records::record::{self, CalibrationRecord};
 
 /// Quantities that describe the record and have no true value.
 pub const DESCRIPTIVE: [&str; 3] = ["threshold_rad_s", "blind_below_rad_s", "combined_rms_rad_s"];
@@ -216,7 +216,7 @@ pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Vec<Compared> {
         simulate(&stand, seed, &prepared, folder, Deadline::NEVER, |_| true).unwrap_or_else(|e| panic!("part {seed}: {e}"));
     }
     let record = record::compute(folder).unwrap_or_else(|e| panic!("part {seed}: {e}"));
-    let steps = host_tools::acquire::calibration_session::journal::read_logs(&record.journal.steps, folder)
+    let steps = stand_acquire::calibration_session::journal::read_logs(&record.journal.steps, folder)
         .unwrap_or_else(|e| panic!("part {seed}: {e}"));
     let truth = match (what, &stand.imu) {
         (DutKind::Gyro, Some(imu)) => gyro_truth(seed, imu, &drawn, &record, &steps),

@@ -3,9 +3,9 @@
 use hal_sim::gyro::attitude::Vector;
 use hal_sim::gyro::{ARCSEC, AngleSensor, Campaign, DEG_H, Pattern};
 use hal_sim::peripherals::Noise;
-use host_tools::drift::integral::Integral;
-use host_tools::drift::separation::{PlatformDrift, three, three_uncorrected};
 use rayon::prelude::*;
+use stand_analysis::drift::integral::Integral;
+use stand_analysis::drift::separation::{PlatformDrift, three, three_uncorrected};
 
 /// The rates of the three axes in both positions, rad/s: the mean over the cycles in which the axis had pulses.
 pub fn rates_rad_s(campaign: &Campaign, noise: &mut Noise) -> [Vector; 2] {

@@ -6,10 +6,10 @@
 use crate::coverage_table::CoverageTable;
 use hal_sim::gyro::{DEG_H, Orientation, OwnDrift, SingleAxis, Site};
 use hal_sim::peripherals::Noise;
-use host_tools::acquire::drift_session::{CyclePlan, DriftSessionRequest, VisitOrder, simulate};
-use host_tools::drift::measurement::SetupUncertainties;
-use host_tools::drift::{DriftResult, Measurement};
 use rayon::prelude::*;
+use stand_acquire::drift_session::{CyclePlan, DriftSessionRequest, VisitOrder, simulate};
+use stand_analysis::drift::measurement::SetupUncertainties;
+use stand_analysis::drift::{DriftResult, Measurement};
 use std::f64::consts::PI;
 
 /// How the drift moves.
@@ -135,7 +135,7 @@ impl DriftCase {
         let result = measurement.and_then(Measurement::evaluate).unwrap_or_else(|e| panic!("{} {seed}: {e}", self.name));
         let found = &result.corrected;
         let what = format!("{} {seed}", self.name);
-        let mut add = |name: &str, estimate: &host_tools::statistics::uncertainty::Estimate, truth: f64, unit: f64| {
+        let mut add = |name: &str, estimate: &identification::statistics::uncertainty::Estimate, truth: f64, unit: f64| {
             let expanded = estimate.expanded().unwrap_or_else(|| panic!("{what}: {name} has no uncertainty"));
             table.add(name, estimate.value / unit, expanded / unit, truth / unit, &what);
         };

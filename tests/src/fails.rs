@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use crate::foreign::Case;
-use host_tools::identify::fit;
-use host_tools::identify::residual::{self, Misfit};
-use host_tools::log::Log;
-use host_tools::model::Model;
+use identification::identify::fit;
+use identification::identify::residual::{self, Misfit};
+use identification::log::Log;
+use identification::model::Model;
 
 /// Misfits of `model`, fitted to the log.
 pub fn fitted(log: &Log, model: &Model, rate_from_encoder: bool) -> Vec<Misfit> {

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use host_tools::identify::fit::{self, FitError, FitResult};
-use host_tools::log::Log;
-use host_tools::model::Model;
+use identification::identify::fit::{self, FitError, FitResult};
+use identification::log::Log;
+use identification::model::Model;
 use serde_json::Value;
 
 /// The folder of the external records, from the environment variable `STAND_DATA`.

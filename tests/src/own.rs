@@ -2,9 +2,9 @@
 
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
-use host_tools::identify::fit::{self, FitError, FitResult};
-use host_tools::log::{Column, Log};
-use host_tools::model::Model;
+use identification::identify::fit::{self, FitError, FitResult};
+use identification::log::{Column, Log};
+use identification::model::Model;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use drive_rig::State;
-use host_tools::identify::fit::{self, FitError, FitResult};
-use host_tools::log::Log;
-use host_tools::model::Model;
+use identification::identify::fit::{self, FitError, FitResult};
+use identification::log::Log;
+use identification::model::Model;
 
 /// The record of that name. `also` names additional columns to read.
 ///

@@ -4,9 +4,9 @@ use std::fmt;
 
 use hal_sim::peripherals::imu::{GyroElement, ImuSetup};
 use hal_sim::plant::Stand;
-use host_tools::identify::explain::explain;
-use host_tools::log::Log;
-use host_tools::model::Model;
+use identification::identify::explain::explain;
+use identification::log::Log;
+use identification::model::Model;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use stand_firmware::profile::ProfileKind;
@@ -165,6 +165,6 @@ pub fn answer(seed: u64) -> Answer {
     let model = Model::parse(&model, "the sensor").expect("a model");
     let log = log.with_rate("gyro_rad_s").expect("the sensor's rate");
     let e = explain(vec![log], &model, &|_| ()).unwrap_or_else(|e| panic!("{e}"));
-    let ratio = |fit: &host_tools::identify::fit::FitResult| fit.channels.iter().map(|c| c.rms / c.noise).fold(0.0, f64::max);
+    let ratio = |fit: &identification::identify::fit::FitResult| fit.channels.iter().map(|c| c.rms / c.noise).fold(0.0, f64::max);
     Answer { seed, kind, verdict: e.verdict.name(), added: e.missing.clone(), ratios: (ratio(&e.given), ratio(&e.explained)) }
 }

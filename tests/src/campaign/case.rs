@@ -5,8 +5,8 @@
 
 use std::path::Path;
 
-use host_tools::log::Log;
-use host_tools::model::Model;
+use identification::log::Log;
+use identification::model::Model;
 use sha2::{Digest, Sha256};
 
 use crate::dirt::Dirt;

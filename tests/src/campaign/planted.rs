@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use host_tools::identify::explain::{Explanation, explain};
+use identification::identify::explain::{Explanation, explain};
 use serde::{Deserialize, Serialize};
 
 use super::case::Case;

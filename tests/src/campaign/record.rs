@@ -95,6 +95,6 @@ pub fn write<R: Serialize>(path: &Path, records: &[R]) -> Result<(), String> {
     let bytes = text.into_inner().map_err(|e| e.to_string())?;
     let folder = path.parent().unwrap_or(Path::new("."));
     fs::create_dir_all(folder)
-        .and_then(|()| host_tools::files::replace(path, |file| file.write_all(&bytes)))
+        .and_then(|()| identification::files::replace(path, |file| file.write_all(&bytes)))
         .map_err(|e| format!("{}: {e}", path.display()))
 }

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use host_tools::identify::explain::{ExplainError, Explanation, Options, explain_with};
+use identification::identify::explain::{ExplainError, Explanation, Options, explain_with};
 use rayon::ThreadPoolBuilder;
 use sha2::{Digest, Sha256};
 use stand_firmware::board::Hardware;
@@ -183,7 +183,7 @@ fn deviations(e: &Explanation, case: &Case) -> Vec<(String, f64)> {
 
 /// Phase shift of an eccentric disc when the angle counts from its own index, which is displaced by e sin φ, in whole counts; a row contains the
 /// middle of its count.
-fn index_shift(truth: &host_tools::model::Model) -> f64 {
+fn index_shift(truth: &identification::model::Model) -> f64 {
     let value = |name: &str| truth.value(name).unwrap_or(0.0);
     let count_rad = Hardware::default().rad_per_count();
     let shown = value("eccentricity_rad") * value("eccentricity_phase_rad").sin();

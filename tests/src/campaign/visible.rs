@@ -8,9 +8,9 @@
 
 use std::ops::Range;
 
-use host_tools::identify::fit::{self, Iterate, PreparedLog, Problem, initial_state_kinds, solve, starting_states};
-use host_tools::log::Log;
-use host_tools::model::{Channel, Model};
+use identification::identify::fit::{self, Iterate, PreparedLog, Problem, initial_state_kinds, solve, starting_states};
+use identification::log::Log;
+use identification::model::{Channel, Model};
 use stand_firmware::board::Hardware;
 
 use super::case::Case;

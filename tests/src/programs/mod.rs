@@ -11,7 +11,7 @@ mod times;
 
 use std::f64::consts::TAU;
 
-use host_tools::log::Log;
+use identification::log::Log;
 
 /// A file of another program.
 pub struct ForeignFile {

@@ -5,8 +5,8 @@ mod cubic_drag;
 use std::collections::BTreeMap;
 
 use hal_sim::plant::Stand;
-use host_tools::identify::explain::{Verdict, explain};
-use host_tools::model::Model;
+use identification::identify::explain::{Verdict, explain};
+use identification::model::Model;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 use stand_tests::own;

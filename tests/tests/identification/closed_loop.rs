@@ -1,10 +1,10 @@
 //! Fits of logs under the speed loop, where the noise of the encoder returns in the voltage. More logs: `cargo bench -p stand-tests --bench coverage`.
 
 use hal_sim::plant::Stand;
-use host_tools::deadline::Deadline;
-use host_tools::identify::evaluation::{Evaluated, Evaluation, EvaluationRemark, ParameterTreatment, evaluate};
-use host_tools::log::{Column, Log};
-use host_tools::model::Model;
+use identification::deadline::Deadline;
+use identification::identify::evaluation::{Evaluated, Evaluation, EvaluationRemark, ParameterTreatment, evaluate};
+use identification::log::{Column, Log};
+use identification::model::Model;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 use stand_tests::draw::Drawn;

@@ -1,7 +1,7 @@
 //! The detection limits of an adequate model are true: an effect at its limit is found, one far below it is not.
 //! More logs: `cargo bench -p stand-tests --bench detection`.
 
-use host_tools::identify::explain::{Explanation, Verdict, explain};
+use identification::identify::explain::{Explanation, Verdict, explain};
 use stand_tests::dirt::Dirt;
 use stand_tests::draw::Drawn;
 

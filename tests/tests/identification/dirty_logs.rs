@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use host_tools::deadline::Deadline;
-use host_tools::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
-use host_tools::identify::explain::reasons::Refusal;
-use host_tools::identify::explain::{Explanation, Remark, Verdict, explain};
-use host_tools::identify::fit::parameters::Parameter;
-use host_tools::identify::fit::prepare::PreparationNote;
-use host_tools::log::{Log, LogWarning};
-use host_tools::model::Model;
+use identification::deadline::Deadline;
+use identification::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
+use identification::identify::explain::reasons::Refusal;
+use identification::identify::explain::{Explanation, Remark, Verdict, explain};
+use identification::identify::fit::parameters::Parameter;
+use identification::identify::fit::prepare::PreparationNote;
+use identification::log::{Log, LogWarning};
+use identification::model::Model;
 use stand_tests::dirt::Dirt;
 use stand_tests::draw::Drawn;
 

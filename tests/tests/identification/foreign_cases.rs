@@ -1,9 +1,9 @@
 //! External records (STAND_DATA): logs of another simulator with their true answers, and records of real drives.
 #![allow(clippy::unwrap_used)]
 
-use host_tools::identify::fit::FitResult;
-use host_tools::log::Log;
-use host_tools::model::{Channel, Model};
+use identification::identify::fit::FitResult;
+use identification::log::Log;
+use identification::model::{Channel, Model};
 use rayon::prelude::*;
 use stand_tests::foreign::{cases, stand_data};
 use stand_tests::own::fit_or_compare;

@@ -1,8 +1,8 @@
 //! A sensor of rate or angle against a known motion: the angle of a rate table is the input, the sensor the output.
 
-use host_tools::identify::explain::{Explanation, Verdict, explain};
-use host_tools::log::{Column, Log};
-use host_tools::model::Model;
+use identification::identify::explain::{Explanation, Verdict, explain};
+use identification::log::{Column, Log};
+use identification::model::Model;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use stand_tests::sensor;

@@ -1,12 +1,12 @@
 //! Drives unlike the stand's: a bridge that coasts, a motor that is disconnected, a position servo. Each is simulated here with steps of 10 µs,
 //! switched and not averaged.
 
-use host_tools::deadline::Deadline;
-use host_tools::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
-use host_tools::identify::explain::{Explanation, Remark, Verdict, explain};
-use host_tools::identify::fit::FitResult;
-use host_tools::log::{Column, Log};
-use host_tools::model::Model;
+use identification::deadline::Deadline;
+use identification::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
+use identification::identify::explain::{Explanation, Remark, Verdict, explain};
+use identification::identify::fit::FitResult;
+use identification::log::{Column, Log};
+use identification::model::Model;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 

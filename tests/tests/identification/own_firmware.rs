@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::plant::Stand;
-use host_tools::identify::fit::FitResult;
-use host_tools::log::Log;
-use host_tools::model::{Channel, Model};
+use identification::identify::fit::FitResult;
+use identification::log::Log;
+use identification::model::{Channel, Model};
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;

@@ -1,11 +1,11 @@
 //! External records of real drives (STAND_DATA) compared with their authors' publications.
 #![allow(clippy::unwrap_used)]
 
-use host_tools::identify::fit::equation_error::{self, EquationErrorFit, Settings};
-use host_tools::identify::fit::{FitResult, prepare};
-use host_tools::identify::residual;
-use host_tools::log::Log;
-use host_tools::model::Model;
+use identification::identify::fit::equation_error::{self, EquationErrorFit, Settings};
+use identification::identify::fit::{FitResult, prepare};
+use identification::identify::residual;
+use identification::log::Log;
+use identification::model::Model;
 use stand_tests::foreign::stand_data;
 use stand_tests::own::fit_or_compare;
 use stand_tests::real::{correlation_with_map, noted, position_rms, record, with_values};
@@ -167,7 +167,7 @@ fn model_of_the_first_record_of_emps_fails_on_the_second_over_the_rate() {
     let (compared, _) = prepare::prepare(&pulses, &trained, true).unwrap();
     let failures = residual::misfits(&pulses, &compared, &fit_or_compare(&pulses, &trained, false).unwrap());
     let first = failures.first().expect("at least one misfit");
-    println!("{}", host_tools::report::misfits::sentence(host_tools::log::Axis::Rotary, first));
+    println!("{}", stand_report::misfits::sentence(identification::log::Axis::Rotary, first));
     assert_eq!(first.coordinate.name(), "omega");
     assert!(first.explained_fraction > 0.5, "{}", first.explained_fraction);
 }

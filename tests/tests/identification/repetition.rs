@@ -2,10 +2,10 @@
 
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
-use host_tools::deadline::Deadline;
-use host_tools::identify::evaluation::{Evaluation, EvaluationRemark, ParameterTreatment, evaluate};
-use host_tools::log::{Column, Log};
-use host_tools::model::Channel;
+use identification::deadline::Deadline;
+use identification::identify::evaluation::{Evaluation, EvaluationRemark, ParameterTreatment, evaluate};
+use identification::log::{Column, Log};
+use identification::model::Channel;
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::Mode;
 use stand_tests::draw::Drawn;

@@ -2,12 +2,12 @@
 
 use drive_model::Coordinate;
 use hal_sim::plant::Stand;
-use host_tools::identify::explain::criteria::JoiningCriteria;
-use host_tools::identify::explain::join_logs::join;
-use host_tools::identify::fit;
-use host_tools::identify::residual::{Difference, Misfit, Signature, misfits};
-use host_tools::log::{Column, Log};
-use host_tools::model::{Channel, Model};
+use identification::identify::explain::criteria::JoiningCriteria;
+use identification::identify::explain::join_logs::join;
+use identification::identify::fit;
+use identification::identify::residual::{Difference, Misfit, Signature, misfits};
+use identification::log::{Column, Log};
+use identification::model::{Channel, Model};
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 use stand_tests::own;

@@ -1,7 +1,7 @@
 //! Misfits of a model: the true coordinate comes first, and a true model has none.
 
 use hal_sim::plant::Stand;
-use host_tools::identify::residual::Signature;
+use identification::identify::residual::Signature;
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;

@@ -1,6 +1,6 @@
 //! An accelerometer as a rate sensor: scale, radius, angle, bias; a tilted stand; its insensitive range.
 
-use host_tools::calibrate::{Findings, Remark};
+use stand_analysis::calibrate::{Findings, Remark};
 use stand_tests::calibration::{assert_covers, calibrated, found};
 
 fn turning(name: &str, mounted: &str) -> String {

@@ -1,6 +1,6 @@
 //! A gyro beyond its full scale: flat tops are found, and the step is left out.
 
-use host_tools::calibrate::{CalibrateError, Remark, gyro};
+use stand_analysis::calibrate::{CalibrateError, Remark, gyro};
 use stand_tests::calibration::{assert_covers, calibrated, recorded};
 
 fn staircase(name: &str, amplitude: f64) -> String {

@@ -1,11 +1,11 @@
 //! The crystal's frequency error in a calibration: bounded without a clock reference, measured and corrected with one.
 #![allow(clippy::unwrap_used)]
 
-use host_tools::acquire::calibration_session::journal::Journal;
-use host_tools::calibrate::record::{RecordError, compute, findings};
-use host_tools::calibrate::stored_record::StoredRecord;
-use host_tools::calibrate::{Basis, CalibrateError, Findings, Remark};
-use host_tools::report;
+use stand_acquire::calibration_session::journal::Journal;
+use stand_analysis::calibrate::{Basis, CalibrateError, Findings, Remark};
+use stand_records::record::{RecordError, compute, findings};
+use stand_records::stored_record::StoredRecord;
+use stand_report as report;
 use stand_tests::calibration::{assert_covers, calibrated, found, run};
 
 /// Nothing but clock and noise matters for the scale.
@@ -158,7 +158,7 @@ seconds = 40.0
         // The fit ends where the weakly determined inductance still changes by some ten ppm, far below its uncertainty.
         let tolerance = if name.starts_with("electrical") { 40e-6 } else { 2e-6 };
         assert!((change - exponent * 45e-6).abs() < tolerance, "{name}: {change}");
-        let u = |q: &host_tools::calibrate::Quantity| q.contributions.iter().find(|c| c.source == "clock").unwrap().contribution();
+        let u = |q: &stand_analysis::calibrate::Quantity| q.contributions.iter().find(|c| c.source == "clock").unwrap().contribution();
         assert!(u(corrected) < 0.01 * u(plain), "{name}");
     }
 }

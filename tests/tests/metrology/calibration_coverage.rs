@@ -1,7 +1,7 @@
 //! A sample of the benchmark `calibration`: random devices, calibrated and compared with their true values. docs/calibration.md has the table over
 //! a thousand devices.
 
-use host_tools::calibrate::DutKind;
+use stand_analysis::calibrate::DutKind;
 use stand_tests::drawn_parts::calibrated;
 
 /// Few 95 % intervals: none may miss the truth by more than 5 u, and most must cover it.

@@ -1,8 +1,8 @@
 //! The stand's own drive: inertia by an added inertia, by coasting and by output error; bandwidth from a chirp; cogging by harmonic order.
 
-use host_tools::calibrate::AbsenceReason;
-use host_tools::log::Log;
-use host_tools::statistics::{LeastSquares, least_squares};
+use identification::log::Log;
+use identification::statistics::{LeastSquares, least_squares};
+use stand_analysis::calibrate::AbsenceReason;
 use stand_tests::calibration::{assert_covers, calibrated, found, recorded};
 use std::f64::consts::TAU;
 

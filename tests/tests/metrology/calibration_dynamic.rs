@@ -1,7 +1,7 @@
 //! Delay, damping and bandwidth against the encoder, by sines and along a chirp.
 
-use host_tools::calibrate::response::Structure;
-use host_tools::calibrate::{Findings, Meaning, Remark};
+use stand_analysis::calibrate::response::Structure;
+use stand_analysis::calibrate::{Findings, Meaning, Remark};
 use stand_tests::calibration::{assert_covers, calibrated, found};
 
 /// The chip's own low-pass at the rate at which the stand reads it (LPF1 at 1667 Hz).

@@ -1,9 +1,9 @@
 //! Sequence of the rates: on a sensor that warms up, a sweep is wrong by the drift; a staircase and ABBA are not.
 #![allow(clippy::unwrap_used)]
 
-use host_tools::calibrate::gyro::{GyroSettings, calibrate};
-use host_tools::calibrate::{Remark, Step};
-use host_tools::log::{Column, Log};
+use identification::log::{Column, Log};
+use stand_analysis::calibrate::gyro::{GyroSettings, calibrate};
+use stand_analysis::calibrate::{Remark, Step};
 use stand_tests::calibration::{assert_covers, calibrated, found, noise, recorded};
 
 /// Warms by 10 K with a time constant of a minute: the bias changes by 20 mrad/s.

@@ -1,7 +1,7 @@
 //! Rest and small rates: temperature, dead band, repeatability; and whole turns without plateaus.
 
-use host_tools::calibrate::{Remark, gyro};
-use host_tools::log::{Column, Log};
+use identification::log::{Column, Log};
+use stand_analysis::calibrate::{Remark, gyro};
 use stand_tests::calibration::{assert_covers, calibrated, found, recorded};
 
 #[test]
@@ -39,7 +39,7 @@ seconds = 30.0
     assert_covers(&findings, "scale_per_K", 5e-4 / (1.0 + 6.0 * 5e-4), 0.1 * 5e-4);
 }
 
-fn small(band_rad_s: f64, seed: u64) -> host_tools::calibrate::Findings {
+fn small(band_rad_s: f64, seed: u64) -> stand_analysis::calibrate::Findings {
     let stand = format!("[imu]\ngyro_scale = 1.01\ngyro_bias_rad_s = 0.004\n[imu.gyro]\ndead_band_rad_s = {band_rad_s}\n");
     let session = "
 what = 'gyro'

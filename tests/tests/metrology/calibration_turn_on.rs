@@ -1,6 +1,6 @@
 //! A gyro after it is switched on: warm-up time, and the scatter of its bias from start to start. Harmonic orders of the encoder above 1.
 
-use host_tools::calibrate::AbsenceReason;
+use stand_analysis::calibrate::AbsenceReason;
 use stand_tests::calibration::{assert_covers, calibrated, found};
 
 const STAIRCASE: &str = "

@@ -3,9 +3,9 @@
 
 use hal_sim::gyro::{Campaign, DEG_H, Pattern, Site};
 use hal_sim::peripherals::Noise;
-use host_tools::drift::integral::{Integral, reference_rad_s, residual_rad_s};
-use host_tools::drift::latitude::EarthRate;
-use host_tools::drift::{platform, separation};
+use stand_analysis::drift::integral::{Integral, reference_rad_s, residual_rad_s};
+use stand_analysis::drift::latitude::EarthRate;
+use stand_analysis::drift::{platform, separation};
 use stand_tests::drift::{cases, errors, monte_carlo, separated};
 
 const T: f64 = 5.0;

@@ -6,9 +6,9 @@ use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
 use hal_sim::element::{BaseVibration, ElementModel, FourState, RigidBody, WiredElement};
 use hal_sim::session::StandSetup;
-use host_tools::observer::serial_stand::{TransferRequest, commands};
-use host_tools::observer::vibration::predicted_rad;
-use host_tools::observer::{Element, Kind, Plant, Poles, Request};
+use stand_analysis::observer::serial_stand::{TransferRequest, commands};
+use stand_analysis::observer::vibration::predicted_rad;
+use stand_analysis::observer::{Element, Kind, Plant, Poles, Request};
 use stand_firmware::board::{Clock, TICKS_PER_S};
 use std::f64::consts::PI;
 

@@ -91,7 +91,7 @@ fn controller_page_equals_the_stands_replies() {
 #[test]
 fn effects_page_equals_the_catalogue() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/effects.md");
-    let expected = host_tools::report::effects::catalogue_markdown();
+    let expected = stand_report::effects::catalogue_markdown();
     if std::env::var("STAND_DOCS").is_ok_and(|word| word == "write") {
         std::fs::write(path, expected).unwrap();
         return;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use host_tools::log::Log;
-use host_tools::log::import::{self, Inspection, Statements};
-use host_tools::report::{inspection as report, log_warning};
+use identification::log::Log;
+use identification::log::import::{self, Inspection, Statements};
+use stand_report::{inspection as report, log_warning};
 use stand_tests::draw::Drawn;
 use stand_tests::programs::{ForeignFile, corpus};
 

@@ -11,17 +11,17 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use hal_sim::plant::Stand;
-use host_tools::acquire::calibration_session::Session;
-use host_tools::acquire::link::Receiver;
-use host_tools::acquire::settings::file as settings_file;
-use host_tools::calibrate::stored_record::StoredRecord;
-use host_tools::log::{Column, Log};
-use host_tools::model::Model;
-use host_tools::model::expression::{Expression, Variables};
+use identification::log::{Column, Log};
+use identification::model::Model;
+use identification::model::expression::{Expression, Variables};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use stand_acquire::calibration_session::Session;
+use stand_acquire::link::Receiver;
+use stand_acquire::settings::file as settings_file;
 use stand_firmware::telemetry::frame::MAX_FRAME;
 use stand_firmware::telemetry::{Beat, Body, encode};
+use stand_records::stored_record::StoredRecord;
 use stand_tests::bench::with_stand;
 
 /// Inputs of each format without `STAND_FUZZ`.

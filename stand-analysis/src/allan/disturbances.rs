@@ -1,0 +1,406 @@
+//! Steps and transients of a record: what is no stationary noise, and would be taken for random walk.
+//!
+//! Input: the values of the rows (rates, or angles whose change is the rate) and the segments without a gap. Output: [`Disturbances`], the rows at which the
+//! level steps, and a transient at the beginning, such as a warm-up.
+//!
+//! Two searches. Over the whole record, the increments between the means of 64 blocks: a step is one increment (or two halves, if it lies within a block), a
+//! transient a decaying exponential in all of them. Each is tested against white noise, flicker noise, random walk and a constant slope, all of unknown
+//! strength ([`super::block_increments`]); the ramp R is therefore no transient and a random walk no step. The stronger one is accepted first, and the search is
+//! repeated. For steps that are large only beside the noise of short times: the differences of two short blocks with one between them, against their robust
+//! scatter. All probabilities are for one record and any place in it (Bonferroni).
+
+use std::ops::Range;
+
+use nalgebra::DVector;
+
+use super::answer::Interpretation;
+use super::block_increments::{Increments, Tested};
+use identification::statistics::distributions::{student_quantile, student_tail};
+use identification::statistics::robust::{MEDIAN_ABS_PER_SIGMA, median_abs};
+
+/// Blocks of the whole record.
+const BLOCKS: usize = 64;
+/// Fewest increments of a test.
+const MIN_INCREMENTS: usize = 16;
+/// Numbers of short blocks.
+const SHORT_BLOCKS: [usize; 2] = [512, 2048];
+/// Fewest differences of short blocks: the Student quantile of their robust scatter is then near that of the normal distribution.
+const MIN_DIFFERENCES: usize = 256;
+/// Degrees of freedom of the robust scatter for each difference: the efficiency of the median of the magnitudes is 0.37, and the overlap of the differences
+/// leaves 1/1.74 of them independent.
+const DOF_PER_DIFFERENCE: f64 = 0.37 / 1.74;
+/// Probability with which noise is called a step, in one record; for each of the three searches a third of it.
+const STEP_PROBABILITY: f64 = 1e-4;
+/// Probability with which noise is called a transient, in one record.
+const TRANSIENT_PROBABILITY: f64 = 1e-3;
+/// Significance level of a slope beside a transient.
+const SLOPE_PROBABILITY: f64 = 0.01;
+/// Most steps that are cut out; with more the level is no level.
+pub const MAX_STEPS: usize = 8;
+/// Blocks on both sides over which a step must persist, and its remaining part.
+const PERSISTENCE_BLOCKS: usize = 4;
+const MIN_PERSISTENCE: f64 = 0.5;
+/// Most candidates that are tried for persistence: an outlier is strong in its neighbours.
+const MAX_TRIES: usize = 12;
+/// Sub-blocks of a block in the search for the row of a step.
+const LOCATION_PARTS: usize = 64;
+/// Time constants of the transients, relative to the record.
+const TIME_CONSTANTS: [f64; 9] = [0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.22, 0.33, 0.5];
+
+/// What a record contains besides stationary noise.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Disturbances {
+    /// Steps in the order of their rows; at most [`MAX_STEPS`].
+    pub steps: Vec<Step>,
+    /// A transient at the beginning.
+    pub transient: Option<Transient>,
+}
+
+/// A step of the level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// First row behind it.
+    pub row: usize,
+    /// Level behind minus level before, in the unit of the rate per interval of the rows for angles.
+    pub size: f64,
+}
+
+/// A transient at the beginning of a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transient {
+    /// Time constant, rows.
+    pub rows: f64,
+    /// Initial deviation that decays, in the unit of a step.
+    pub size: f64,
+}
+
+/// Rows with their meaning.
+#[derive(Clone, Copy)]
+pub struct Rows<'a> {
+    values: &'a [f64],
+    interpretation: Interpretation,
+    /// A transient that is subtracted from the means.
+    transient: Option<Transient>,
+}
+
+/// Mean over a block, the index of its segment, and its first row.
+#[derive(Clone, Copy)]
+struct Block {
+    mean: f64,
+    segment: usize,
+    row: usize,
+}
+
+/// A possible step: the row in its middle, and its size.
+#[derive(Clone, Copy)]
+struct Candidate {
+    row: usize,
+    segment: usize,
+    size: f64,
+}
+
+impl<'a> Rows<'a> {
+    /// Values of the rows.
+    pub fn new(values: &'a [f64], interpretation: Interpretation) -> Self {
+        Self { values, interpretation, transient: None }
+    }
+
+    /// Mean rate over rows; an angle's change per row.
+    fn mean(&self, rows: Range<usize>) -> f64 {
+        let mean = match self.interpretation {
+            Interpretation::Value => self.values[rows.clone()].iter().sum::<f64>() / rows.len() as f64,
+            Interpretation::Integral => {
+                let to = rows.end.min(self.values.len() - 1);
+                (self.values[to] - self.values[rows.start]) / (to - rows.start).max(1) as f64
+            }
+        };
+        let decayed = |transient: Transient| transient.size * exponential_mean(&rows, transient.rows);
+        mean - self.transient.map_or(0.0, decayed)
+    }
+
+    fn blocks(&self, segments: &[Range<usize>], length: usize) -> Vec<Block> {
+        let of_segment = |(segment, rows): (usize, &Range<usize>)| {
+            let count = rows.len() / length;
+            let start = rows.start;
+            (0..count).map(move |k| Block { mean: 0.0, segment, row: start + k * length }).collect::<Vec<_>>()
+        };
+        let blocks = segments.iter().enumerate().flat_map(of_segment);
+        blocks.map(|block| Block { mean: self.mean(block.row..block.row + length), ..block }).collect()
+    }
+}
+
+/// Mean of exp(−row/τ) over rows.
+fn exponential_mean(rows: &Range<usize>, time_constant: f64) -> f64 {
+    let at = |row: usize| (-(row as f64) / time_constant).exp();
+    (at(rows.start) - at(rows.end)) * time_constant / rows.len() as f64
+}
+
+/// The disturbances of a record.
+pub fn disturbances(rows: Rows<'_>, segments: &[Range<usize>]) -> Disturbances {
+    let mut found = Disturbances::default();
+    while found.steps.len() < MAX_STEPS {
+        let cut = without_steps(segments, &found.steps);
+        let rows = Rows { transient: found.transient, ..rows };
+        let next = match long_search(rows, &cut, found.transient) {
+            Some(Strongest::Transient(transient)) => {
+                found.transient = Some(transient);
+                continue;
+            }
+            Some(Strongest::Step(step)) => Some(step),
+            None => SHORT_BLOCKS.into_iter().find_map(|count| short_search(rows, &cut, count)),
+        };
+        let Some(step) = next else { break };
+        if !cut.iter().any(|segment| segment.start < step.row && step.row < segment.end) {
+            break;
+        }
+        found.steps.push(step);
+        found.steps.sort_by_key(|step| step.row);
+    }
+    found
+}
+
+/// Segments that end at the steps.
+pub fn without_steps(segments: &[Range<usize>], steps: &[Step]) -> Vec<Range<usize>> {
+    let mut cut = Vec::new();
+    for segment in segments {
+        let mut from = segment.start;
+        for step in steps.iter().filter(|step| segment.start < step.row && step.row < segment.end) {
+            cut.push(from..step.row);
+            from = step.row;
+        }
+        cut.push(from..segment.end);
+    }
+    cut
+}
+
+enum Strongest {
+    Step(Step),
+    Transient(Transient),
+}
+
+/// The most significant step or transient in the blocks of the whole record. The mean of `rows` is without the transient that is known already.
+fn long_search(rows: Rows<'_>, segments: &[Range<usize>], known: Option<Transient>) -> Option<Strongest> {
+    let all: usize = segments.iter().map(ExactSizeIterator::len).sum();
+    let length = all / BLOCKS;
+    if length == 0 {
+        return None;
+    }
+    let blocks = rows.blocks(segments, length);
+    let pairs: Vec<[Block; 2]> =
+        blocks.windows(2).filter(|pair| pair[0].segment == pair[1].segment).map(|pair| [pair[0], pair[1]]).collect();
+    if pairs.len() < MIN_INCREMENTS {
+        return None;
+    }
+    let places: Vec<f64> = pairs.iter().map(|pair| pair[0].row as f64 / length as f64).collect();
+    let values: Vec<f64> = pairs.iter().map(|pair| pair[1].mean - pair[0].mean).collect();
+    let increments = Increments::new(&places, &values);
+    let column = |of: &dyn Fn(usize) -> f64| DVector::from_fn(pairs.len(), |k, _| of(k));
+    let exponential = |time_constant: f64| {
+        let mean = |block: &Block| exponential_mean(&(block.row..block.row + length), time_constant);
+        column(&|k| mean(&pairs[k][1]) - mean(&pairs[k][0]))
+    };
+    // A known transient is fitted again: its first amplitude contains what the steps left in it.
+    let fitted: Vec<DVector<f64>> = std::iter::once(column(&|_| 1.0)).chain(known.map(|transient| exponential(transient.rows))).collect();
+    let span = (segments.last()?.end - segments.first()?.start) as f64;
+    let transient = || {
+        let columns: Vec<DVector<f64>> = TIME_CONSTANTS.iter().map(|share| exponential(share * span)).collect();
+        let tested = increments.strongest(&fitted, &columns)?;
+        is_significant(&tested, columns.len(), TRANSIENT_PROBABILITY).then_some(())?;
+        // A slope and a slow exponential replace each other: without need of a slope, size and time constant are those without it.
+        let alone = increments.strongest(&[], &columns)?;
+        let slope = increments.strongest(&columns[alone.candidate..=alone.candidate], &fitted)?;
+        let needs_slope = is_significant(&slope, 1, SLOPE_PROBABILITY);
+        Some(if needs_slope { tested } else { Tested { t: tested.t, dof: tested.dof, ..alone } })
+    };
+    let transient = if known.is_none() { transient() } else { None };
+    let step = step_of(rows, segments, &pairs, &increments, &fitted, length);
+    match (transient, step) {
+        (Some(transient), Some((tested, step))) if tested.t > transient.t => Some(Strongest::Step(step)),
+        (Some(found), _) => Some(Strongest::Transient(Transient { rows: TIME_CONSTANTS[found.candidate] * span, size: found.coefficient })),
+        (None, step) => step.map(|(_, step)| Strongest::Step(step)),
+    }
+}
+
+/// Probability of this t or more for any of the candidates by noise.
+fn is_significant(tested: &Tested, candidates: usize, probability: f64) -> bool {
+    2.0 * candidates as f64 * student_tail(tested.t, tested.dof) < probability
+}
+
+/// The strongest step, where it is significant and persists.
+fn step_of(
+    rows: Rows<'_>,
+    segments: &[Range<usize>],
+    pairs: &[[Block; 2]],
+    increments: &Increments,
+    fitted: &[DVector<f64>],
+    length: usize,
+) -> Option<(Tested, Step)> {
+    let mut candidates: Vec<Candidate> = Vec::new();
+    let mut columns: Vec<DVector<f64>> = Vec::new();
+    for (k, [before, after]) in pairs.iter().enumerate() {
+        let candidate = Candidate { row: after.row, segment: before.segment, size: 0.0 };
+        candidates.push(candidate);
+        columns.push(DVector::from_fn(pairs.len(), |j, _| f64::from(u8::from(j == k))));
+        if pairs.get(k + 1).is_some_and(|next| next[0].row == after.row) {
+            candidates.push(Candidate { row: after.row + length / 2, ..candidate });
+            columns.push(DVector::from_fn(pairs.len(), |j, _| if j == k || j == k + 1 { 0.5 } else { 0.0 }));
+        }
+    }
+    let count = candidates.len();
+    // A single outlier is strong, too: the next ones are tried.
+    for _ in 0..MAX_TRIES {
+        let tested = increments.strongest(fitted, &columns)?;
+        if !is_significant(&tested, count, STEP_PROBABILITY / 3.0) {
+            return None;
+        }
+        columns.swap_remove(tested.candidate);
+        let candidate = Candidate { size: tested.coefficient, ..candidates.swap_remove(tested.candidate) };
+        let segment = &segments[candidate.segment];
+        if persists(rows, segment, candidate, length) {
+            let located = located(rows, segment, candidate.row, length);
+            return Some((tested, Step { size: candidate.size, ..located }));
+        }
+    }
+    None
+}
+
+/// The strongest significant step between short blocks.
+fn short_search(rows: Rows<'_>, segments: &[Range<usize>], count: usize) -> Option<Step> {
+    let all: usize = segments.iter().map(ExactSizeIterator::len).sum();
+    let length = all / count;
+    if length == 0 {
+        return None;
+    }
+    let blocks = rows.blocks(segments, length);
+    let mut differences: Vec<Candidate> = blocks
+        .windows(3)
+        .filter(|three| three[0].segment == three[2].segment)
+        .map(|three| Candidate { row: three[1].row + length / 2, segment: three[0].segment, size: three[2].mean - three[0].mean })
+        .collect();
+    if differences.len() < MIN_DIFFERENCES {
+        return None;
+    }
+    let sizes: Vec<f64> = differences.iter().map(|difference| difference.size).collect();
+    let sigma = median_abs(&sizes).unwrap_or(0.0) / MEDIAN_ABS_PER_SIGMA;
+    let tail = STEP_PROBABILITY / (3 * differences.len()) as f64;
+    let threshold = student_quantile(1.0 - 0.5 * tail, DOF_PER_DIFFERENCE * differences.len() as f64) * sigma;
+    differences.retain(|difference| sigma > 0.0 && difference.size.abs() > threshold);
+    differences.sort_by(|a, b| b.size.abs().total_cmp(&a.size.abs()));
+    let found = differences.into_iter().find(|difference| persists(rows, &segments[difference.segment], *difference, length))?;
+    Some(located(rows, &segments[found.segment], found.row, length))
+}
+
+/// The levels of several blocks on both sides differ, too: no single outlier.
+fn persists(rows: Rows<'_>, segment: &Range<usize>, candidate: Candidate, length: usize) -> bool {
+    let near = length.div_ceil(2);
+    let far = near + PERSISTENCE_BLOCKS * length;
+    let before = candidate.row.saturating_sub(far).max(segment.start)..candidate.row.saturating_sub(near).max(segment.start);
+    let after = (candidate.row + near).min(segment.end)..(candidate.row + far).min(segment.end);
+    if before.is_empty() || after.is_empty() {
+        return false;
+    }
+    (rows.mean(after) - rows.mean(before)) * candidate.size.signum() > MIN_PERSISTENCE * candidate.size.abs()
+}
+
+/// The split of the rows around a step with the greatest difference of both sides, in units of its uncertainty under white noise.
+fn located(rows: Rows<'_>, segment: &Range<usize>, row: usize, length: usize) -> Step {
+    let reach = length + length.div_ceil(2);
+    let within = row.saturating_sub(reach).max(segment.start)..(row + reach).min(segment.end);
+    let part = (within.len() / (3 * LOCATION_PARTS)).max(1);
+    let parts: Vec<f64> = (0..within.len() / part).map(|k| rows.mean(within.start + k * part..within.start + (k + 1) * part)).collect();
+    let total: f64 = parts.iter().sum();
+    let count = parts.len() as f64;
+    let mut best = (0.0, row, 0.0);
+    let mut sum = 0.0;
+    for (k, mean) in parts.iter().enumerate().take(parts.len().saturating_sub(1)) {
+        sum += mean;
+        let before = (k + 1) as f64;
+        let size = (total - sum) / (count - before) - sum / before;
+        let weight = size.abs() * (before * (count - before) / count).sqrt();
+        if weight > best.0 {
+            best = (weight, within.start + (k + 1) * part, size);
+        }
+    }
+    Step { row: best.1, size: best.2 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hal_sim::peripherals::{Noise, SlowNoise};
+
+    const ROWS: usize = 60_000;
+
+    /// White noise, flicker noise and random walk at 10 Hz.
+    fn record(white: f64, flicker: f64, walk: f64, seed: u64) -> Vec<f64> {
+        let (mut noise, mut slow) = (Noise::new(seed, 0, white), SlowNoise::new(seed, 1, flicker, walk));
+        (0..ROWS).map(|k| noise.draw() + slow.at(k as f64 * 0.1)).collect()
+    }
+
+    fn all() -> Vec<Range<usize>> {
+        std::iter::once(0..ROWS).collect()
+    }
+
+    #[test]
+    fn stationary_noise_and_random_walk_have_no_steps_and_no_transients() {
+        let (mut stepped, mut transients) = (0, 0);
+        for seed in 0..60 {
+            for (flicker, walk) in [(0.0, 0.0), (0.1, 0.0), (0.02, 0.01), (0.0, 0.05)] {
+                let values = record(1.0, flicker, walk, seed);
+                let rows = Rows::new(&values, Interpretation::Value);
+                let found = disturbances(rows, &all());
+                stepped += found.steps.len();
+                transients += usize::from(found.transient.is_some());
+            }
+        }
+        // 240 records: 1e-4 and 1e-3 of them by chance.
+        assert!(stepped <= 1 && transients <= 3, "{stepped} {transients}");
+    }
+
+    #[test]
+    fn a_step_is_found_with_its_row_and_size() {
+        for (size, at) in [(0.3, 23_456), (-0.2, 50_000)] {
+            let mut values = record(1.0, 0.0, 0.0, 5);
+            values[at..].iter_mut().for_each(|value| *value += size);
+            let rows = Rows::new(&values, Interpretation::Value);
+            let found = disturbances(rows, &all()).steps;
+            let [step] = found.as_slice() else { panic!("{found:?}") };
+            assert!(step.row.abs_diff(at) < 600 && (step.size / size - 1.0).abs() < 0.3, "{step:?}");
+            assert_eq!(without_steps(&all(), &found).len(), 2);
+            // As an angle.
+            let mut angle = 0.0;
+            let angles: Vec<f64> = values
+                .iter()
+                .map(|rate| {
+                    angle += rate;
+                    angle
+                })
+                .collect();
+            let of_angles = disturbances(Rows::new(&angles, Interpretation::Integral), &all()).steps;
+            assert!(of_angles.len() == 1 && of_angles[0].row.abs_diff(at) < 600, "{of_angles:?}");
+        }
+    }
+
+    #[test]
+    fn one_outlier_is_no_step() {
+        let mut values = record(1.0, 0.0, 0.0, 6);
+        values[30_000] += 2000.0;
+        assert_eq!(disturbances(Rows::new(&values, Interpretation::Value), &all()), Disturbances::default());
+    }
+
+    #[test]
+    fn a_warm_up_is_a_transient_and_a_ramp_is_not() {
+        for share in [0.03, 0.1, 0.3] {
+            let mut values = record(1.0, 0.0, 0.0, 7);
+            values.iter_mut().enumerate().for_each(|(k, value)| *value += (-(k as f64) / (share * ROWS as f64)).exp());
+            let Disturbances { steps, transient: Some(found) } = disturbances(Rows::new(&values, Interpretation::Value), &all()) else {
+                panic!("{share}: no transient")
+            };
+            assert_eq!(steps, Vec::new(), "{share}");
+            assert!((0.4..2.5).contains(&(found.rows / (share * ROWS as f64))) && (found.size - 1.0).abs() < 0.5, "{share}: {found:?}");
+        }
+        let mut ramp = record(1.0, 0.0, 0.0, 8);
+        ramp.iter_mut().enumerate().for_each(|(k, value)| *value += k as f64 / ROWS as f64);
+        assert_eq!(disturbances(Rows::new(&ramp, Interpretation::Value), &all()), Disturbances::default());
+    }
+}

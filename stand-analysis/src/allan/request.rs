@@ -1,0 +1,342 @@
+//! The request: reads a column of a log and analyses it.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use super::answer::{Answer, Coefficient, Interpretation, LevelStep, Lowest, NotShown, Note, Point, SLOW};
+use super::confidence::{Covariance, Squares, expected, interval, parts};
+use super::deviation::{Series, Variance};
+use super::disturbances::{Disturbances, MAX_STEPS, Rows, disturbances, without_steps};
+use super::error::Still;
+use super::noise::{self, MIN_POINTS};
+use super::time_stamps::{Steps, Timing};
+use super::units::Unit;
+use super::{AllanError, FLOOR, MAX_RELATIVE_TAU};
+use identification::deadline::Deadline;
+use identification::log::{Log, LogError, OneColumn, times};
+use identification::statistics::uncertainty::{Estimate, Uncertainty};
+
+/// Minimum number of rows for one deviation.
+const MIN_ROWS: usize = 3;
+/// Time constants after which a transient has decayed to a twentieth.
+const TRANSIENT_TIME_CONSTANTS: f64 = 3.0;
+/// Averaging factors per octave of [`Taus::Fine`].
+const FINE_FACTORS_PER_OCTAVE: f64 = 8.0;
+
+/// Averaging times that the result contains.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Taus {
+    /// Factors 1, 2, 4, 8 …
+    #[default]
+    Octave,
+    /// Factors 1, 2, 5, 10, 20 …
+    Decade,
+    /// Eight factors per octave.
+    Fine,
+}
+
+/// A request.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// Path of the log.
+    pub log: PathBuf,
+    /// Name of the column.
+    pub column: String,
+    /// Start of the analysed range, s.
+    pub from_s: Option<f64>,
+    /// End of the analysed range, s.
+    pub to_s: Option<f64>,
+    /// Averaging times.
+    pub taus: Taus,
+    /// Interpretation of the column; by default from its unit (an angle is an integral).
+    pub interpretation: Option<Interpretation>,
+}
+
+/// A column that was read.
+pub struct Recorded {
+    column: OneColumn,
+    timing: Timing,
+}
+
+impl Request {
+    /// Reads the column and analyses it.
+    ///
+    /// # Errors
+    /// Unreadable log, missing column, too few rows, constant column.
+    pub fn answer(&self) -> Result<Answer, AllanError> {
+        self.analyse(self.read()?, Deadline::NEVER)
+    }
+
+    /// Analyses a column that was read, ended by a deadline between its parts: of 10⁷ rows each takes less than a second.
+    ///
+    /// # Errors
+    /// Too few rows, constant column; [`AllanError::Interrupted`] after the deadline.
+    pub fn analyse(&self, recorded: Recorded, deadline: Deadline) -> Result<Answer, AllanError> {
+        let check = || if deadline.has_passed() { Err(AllanError::Interrupted) } else { Ok(()) };
+        check()?;
+        let name = self.log.display().to_string();
+        let Recorded { column, timing } = recorded;
+        let quantum = column.quantization_step();
+        let mut unit = Unit::of(&self.column);
+        let interpretation = self.interpretation.unwrap_or(if unit.is_angle() { Interpretation::Integral } else { Interpretation::Value });
+        let rows = column.values.len();
+        let still = |why: Still| AllanError::Still { log: name.clone(), column: self.column.clone(), why };
+        if column.values.iter().all(|v| *v == column.values[0]) {
+            return Err(still(Still::Constant(column.values[0])));
+        }
+        let mut notes: Vec<Note> = column.warnings.into_iter().map(Note::Log).collect();
+        notes.extend(timing.notes.iter().copied().map(Note::Timing));
+        let raw = Rows::new(&column.values, interpretation);
+        let disturbances = disturbances(raw, &timing.segments);
+        check()?;
+        let segments = without_steps(&timing.segments, &disturbances.steps);
+        let disturbances = Reported::new(&disturbances, &timing, interpretation);
+        notes.extend(disturbances.notes());
+        let series = match interpretation {
+            Interpretation::Value => Series::of_rates(column.values, &segments),
+            Interpretation::Integral => {
+                unit = unit.per_second();
+                Series::of_angles(column.values, &segments, timing.interval_s)
+            }
+        };
+        // A segment has one more angle than rates.
+        let more = usize::from(interpretation == Interpretation::Value);
+        let lengths = lengths(&segments, more);
+        if series.largest_factor() == 0 {
+            let rows = segments.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
+            return Err(AllanError::Gaps { log: name, rows });
+        }
+        let shown = factors(self.taus, series.largest_factor());
+        let octaves = factors(Taus::Octave, series.largest_factor());
+        let mut all = [&shown[..], &octaves[..]].concat();
+        all.sort_unstable();
+        all.dedup();
+        check()?;
+        let overlapping = series.overlapping(&all);
+        check()?;
+        if overlapping.iter().all(|v| v.variance == 0.0) {
+            return Err(still(Still::StraightLine));
+        }
+        let up_to = (MAX_RELATIVE_TAU * rows as f64) as usize;
+        let read: Vec<Variance> = overlapping.iter().filter(|v| octaves.contains(&v.factor) && v.factor <= up_to).copied().collect();
+        let found = noise::fit(&read, &lengths);
+        check()?;
+        let white: Squares = [0.0, overlapping[0].variance, 0.0, 0.0, 0.0];
+        let squares = found.as_ref().map_or(white, |f| f.squares);
+        let at_shown: Vec<Variance> = overlapping.into_iter().filter(|v| shown.contains(&v.factor)).collect();
+        let plain = series.plain(&shown);
+        let points: Vec<Point> = at_shown.iter().zip(&plain).map(|(o, p)| point(o, p, &squares, &lengths, timing.interval_s)).collect();
+        let lowest = lowest(&points, up_to);
+        let mut answer = Answer {
+            log: name,
+            column: column.name,
+            unit,
+            interpretation,
+            rows,
+            interval_s: timing.interval_s,
+            elapsed_s: timing.elapsed_s,
+            segments: segments.len(),
+            missing: timing.missing,
+            bursts: timing.bursts,
+            quantum,
+            read_s: None,
+            misfit: None,
+            lowest,
+            points,
+            coefficients: Default::default(),
+            notes,
+        };
+        match found {
+            Some(found) => answer.set_coefficients(&found, read[found.first].factor, up_to, disturbances.hides_slow_noise()),
+            None => {
+                answer.set_no_coefficients(if read.len() < MIN_POINTS { NotShown::TooFewRows { rows } } else { NotShown::ZeroVariance })
+            }
+        }
+        Ok(answer)
+    }
+
+    /// Reads the column within the window, with the timing of its rows.
+    ///
+    /// # Errors
+    /// Unreadable log, missing column, a window without rows.
+    pub fn read(&self) -> Result<Recorded, AllanError> {
+        let read_times = |on_time: &mut dyn FnMut(f64)| times(&self.log, on_time);
+        self.recorded(read_times, |on_time| OneColumn::read(&self.log, &self.column, on_time))
+    }
+
+    /// The column of a log in memory.
+    ///
+    /// # Errors
+    /// As [`Request::read`].
+    pub fn take(&self, log: &Log) -> Result<Recorded, AllanError> {
+        let give_times = |on_time: &mut dyn FnMut(f64)| log.t_s().iter().for_each(|t_s| on_time(*t_s));
+        let read_times = |on_time: &mut dyn FnMut(f64)| {
+            give_times(on_time);
+            Ok(())
+        };
+        self.recorded(read_times, |on_time| {
+            give_times(on_time);
+            OneColumn::of(log, &self.column)
+        })
+    }
+
+    fn recorded(
+        &self,
+        times: impl FnOnce(&mut dyn FnMut(f64)) -> Result<(), LogError>,
+        column: impl FnOnce(&mut dyn FnMut(f64)) -> Result<OneColumn, LogError>,
+    ) -> Result<Recorded, AllanError> {
+        let name = self.log.display().to_string();
+        if self.column == "t_s" {
+            return Err(AllanError::Time { log: name });
+        }
+        let (from_s, to_s) = (self.from_s.unwrap_or(f64::NEG_INFINITY), self.to_s.unwrap_or(f64::INFINITY));
+        if from_s.is_nan() || to_s.is_nan() || from_s >= to_s {
+            return Err(AllanError::Window { from_s, to_s });
+        }
+        let mut steps = Steps::new([from_s, to_s]);
+        times(&mut |t_s| steps.push(t_s))?;
+        let within = steps.rows();
+        let mut marks = steps.marks();
+        let mut column = column(&mut |t_s| marks.push(t_s))?;
+        column.values.truncate(within.end);
+        column.values.drain(..within.start);
+        if within.len() < MIN_ROWS {
+            let window = if self.from_s.or(self.to_s).is_some() { format!(" from {from_s} s to {to_s} s") } else { String::new() };
+            return Err(AllanError::Short { log: name, rows: within.len(), window, minimum: MIN_ROWS });
+        }
+        Ok(Recorded { column, timing: marks.timing() })
+    }
+}
+
+/// Averaging factors from 1 to the largest.
+pub fn factors(taus: Taus, largest: usize) -> Vec<usize> {
+    let mut all: Vec<usize> = match taus {
+        Taus::Octave => (0..usize::BITS).map(|k| 1 << k).take_while(|m| *m <= largest).collect(),
+        Taus::Decade => (0..19).flat_map(|k| [1, 2, 5].map(|m| m * 10_usize.pow(k))).take_while(|m| *m <= largest).collect(),
+        Taus::Fine => {
+            (0..).map(|k| (f64::from(k) / FINE_FACTORS_PER_OCTAVE).exp2().round() as usize).take_while(|m| *m <= largest).collect()
+        }
+    };
+    all.dedup();
+    all
+}
+
+/// Pairs of a segment length (in angles) and the number of segments with this length.
+fn lengths(segments: &[Range<usize>], more: usize) -> Vec<(usize, usize)> {
+    let mut lengths: Vec<usize> = segments.iter().map(|s| s.len() + more).collect();
+    lengths.sort_unstable();
+    lengths.chunk_by(|a, b| a == b).map(|same| (same[0], same.len())).collect()
+}
+
+fn point(overlapping: &Variance, plain: &Variance, squares: &Squares, lengths: &[(usize, usize)], interval_s: f64) -> Point {
+    let factor = overlapping.factor;
+    let degrees = Covariance::new(factor, factor, lengths).degrees_of_freedom(squares);
+    let oadev = overlapping.variance.sqrt();
+    let share = |p: usize| squares[p] * parts(factor)[p];
+    Point {
+        factor,
+        tau_s: factor as f64 * interval_s,
+        oadev,
+        terms: overlapping.terms,
+        adev: plain.variance.sqrt(),
+        plain_terms: plain.terms,
+        degrees,
+        within_68: interval(oadev, degrees, 0.682_689_492),
+        within_95: interval(oadev, degrees, 0.95),
+        fitted: expected(squares, factor).sqrt(),
+        strongest: (0..5).max_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(1),
+    }
+}
+
+/// The lowest point within the range of averaging times that is read.
+fn lowest(points: &[Point], up_to: usize) -> Option<Lowest> {
+    let read = points.iter().take_while(|p| p.factor <= up_to);
+    let (place, point) = read.clone().enumerate().min_by(|a, b| a.1.oadev.total_cmp(&b.1.oadev))?;
+    Some(Lowest {
+        tau_s: point.tau_s,
+        oadev: point.oadev,
+        over_floor: point.oadev / FLOOR,
+        uncertainty: {
+            let u = (point.within_68[1] - point.within_68[0]) / 2.0 / FLOOR;
+            let expanded = (point.within_95[1] - point.oadev).max(point.oadev - point.within_95[0]) / FLOOR;
+            Uncertainty { u, dof: point.degrees, k: expanded / u }
+        },
+        inside: place > 0 && place + 1 < read.count(),
+    })
+}
+
+/// Steps and transient in seconds and in the unit of the answer.
+struct Reported {
+    steps: Vec<LevelStep>,
+    transient: Option<Note>,
+}
+
+impl Reported {
+    fn new(found: &Disturbances, timing: &Timing, interpretation: Interpretation) -> Self {
+        // An angle's steps are changes of its increment per row.
+        let unit = match interpretation {
+            Interpretation::Value => 1.0,
+            Interpretation::Integral => 1.0 / timing.interval_s,
+        };
+        let time_s = |row: f64| timing.first_s + row * timing.elapsed_s;
+        Self {
+            steps: found.steps.iter().map(|step| LevelStep { t_s: time_s(step.row as f64), size: step.size * unit }).collect(),
+            transient: found.transient.map(|found| Note::Transient {
+                time_constant_s: found.rows * timing.elapsed_s,
+                size: found.size * unit,
+                from_s: time_s(TRANSIENT_TIME_CONSTANTS * found.rows),
+            }),
+        }
+    }
+
+    fn notes(&self) -> Vec<Note> {
+        let steps = (!self.steps.is_empty()).then(|| Note::Steps(self.steps.clone()));
+        steps.into_iter().chain(self.transient.clone()).collect()
+    }
+
+    /// Why B, K and R are not given.
+    fn hides_slow_noise(&self) -> Option<NotShown> {
+        if self.steps.len() >= MAX_STEPS { Some(NotShown::ManySteps) } else { self.transient.as_ref().map(|_| NotShown::Transient) }
+    }
+}
+
+impl Answer {
+    /// Sets the coefficients, converted from rows to seconds; `hidden`: why those of slow noise are not given.
+    fn set_coefficients(&mut self, found: &noise::Found, first: usize, up_to: usize, hidden: Option<NotShown>) {
+        let (tau0, elapsed) = (self.interval_s, self.elapsed_s);
+        // Factors of the coefficients, not of their squares. White noise belongs to a row, slow noise to the elapsed time.
+        let seconds = [tau0, tau0.sqrt(), 1.0, 1.0 / elapsed.sqrt(), 1.0 / elapsed];
+        self.read_s = Some([first as f64 * tau0, up_to as f64 * tau0]);
+        self.misfit = Some(found.misfit);
+        for (p, coefficient) in self.coefficients.iter_mut().enumerate() {
+            let size = |square: f64| square.max(0.0).sqrt() * seconds[p];
+            let limit = || Some(size(found.below[p])).filter(|below| below.is_finite());
+            *coefficient = match (found.intervals[p], hidden.filter(|_| SLOW.contains(&p))) {
+                (_, Some(reason)) => Coefficient { not_shown: Some(reason), ..Coefficient::default() },
+                (Some(intervals), None) => {
+                    let value = size(found.squares[p]);
+                    let ends = |range: [f64; 2]| range.map(size);
+                    let ([low, high], within_95) = (ends(intervals.within_68), ends(intervals.within_95));
+                    let u = 0.5 * (high - low);
+                    let expanded = (within_95[1] - value).max(value - within_95[0]);
+                    // A variance with ν degrees of freedom: u(√s)/√s = 1/√(2 ν).
+                    let uncertainty = Uncertainty { u, dof: 0.5 * (value / u).powi(2), k: expanded / u };
+                    let is_known = u > 0.0 && expanded.is_finite();
+                    let estimate = Estimate { value, uncertainty: is_known.then_some(uncertainty) };
+                    Coefficient { estimate: Some(estimate), within_95: is_known.then_some(within_95), below: None, not_shown: None }
+                }
+                (None, None) => Coefficient { below: limit(), ..Coefficient::default() },
+            };
+        }
+        self.set_reasons();
+        let slow = || SLOW.iter().map(|p| &self.coefficients[*p]);
+        if found.slow_noise && hidden.is_none() && slow().all(|coefficient| coefficient.estimate.is_none()) {
+            self.notes.push(Note::SlowNoiseTogether);
+        }
+        if found.unexplained {
+            self.notes.push(Note::Unexplained { misfit: found.misfit });
+        } else if found.first > 0 {
+            self.notes.push(Note::ShortTimesOmitted { below_s: first as f64 * tau0 });
+        }
+    }
+}
