@@ -2,7 +2,7 @@
 # The vendored plot library of `stand panel` is the one that its project publishes: its files are compared with those of the package on npm.
 # Needs npm and the network.
 set -euo pipefail
-vendor="$(cd "$(dirname "$0")/../host-tools/panel/vendor" && pwd)"
+vendor="$(cd "$(dirname "$0")/../stand-panel/page/vendor" && pwd)"
 version=1.6.32
 folder="$(mktemp -d)"
 trap 'rm -rf "$folder"' EXIT

@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 bench() { cargo bench -q -p stand-tests --bench "$@"; }
 confusion() { bench confusion -- "$@"; }
 # 200 attempts of a scripted student; of the hunt, which takes half a minute for each, 30.
-lab() { LAB_SEEDS="$2" cargo test -q --release -p host-tools --test lab_course "honest_student_of_$1" -- --include-ignored --nocapture; }
+lab() { LAB_SEEDS="$2" cargo test -q --release -p stand --test lab lab_course "honest_student_of_$1" -- --include-ignored --nocapture; }
 # The image at another opt-level, in a target folder of its own, and the tests of the chip on it. Exceeded limits are printed and do not end the piece.
 image_at_level() {
     local folder="target/opt-level-$1" image
@@ -63,7 +63,7 @@ declare -A pieces=(
     [lab-hunt]="lab the_hunt 30"
     [rate-accuracy]="cargo run -q --release -p stand-tests --example rate_accuracy"
     [fuzz]="STAND_FUZZ=1000000 cargo test -q --release -p stand-tests --test fuzz -- --nocapture"
-    [reliability]="STAND_MOMENTS=200 cargo test -q --release -p host-tools --test reliability -- --nocapture"
+    [reliability]="STAND_MOMENTS=200 cargo test -q --release -p stand --test processes reliability -- --nocapture"
     [image]="scripts/build-firmware.sh"
     [tick]="cargo test -q -p chip-sim --test budget -- --include-ignored --nocapture"
     [image-level-3]="image_at_level 3"

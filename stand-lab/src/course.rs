@@ -6,14 +6,13 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use clap::ValueEnum;
 use serde::Deserialize;
 
 use super::LabError;
 use stand_acquire::calibration_session::{DutKind, PreparedSession, SessionChanges};
 
 /// Language of the texts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Deserialize, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Language {
     /// English

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use embassy_futures::block_on;
 use hal_sim::gyro::Orientation;
 use indicatif::ProgressBar;
@@ -27,6 +27,24 @@ use stand_lab::teacher_reference::TeacherReference;
 use stand_lab::work::Work;
 use stand_report::lab as report;
 
+/// Language of the texts.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum LanguageName {
+    /// English
+    En,
+    /// Ukrainian
+    Uk,
+}
+
+impl From<LanguageName> for Language {
+    fn from(name: LanguageName) -> Self {
+        match name {
+            LanguageName::En => Language::En,
+            LanguageName::Uk => Language::Uk,
+        }
+    }
+}
+
 /// The works of the laboratory course: start, check, report, grade
 #[derive(Debug, Subcommand)]
 pub(super) enum LabCommand {
@@ -48,8 +66,8 @@ pub(super) enum LabCommand {
 #[derive(Debug, Args)]
 pub(super) struct List {
     /// Language of the titles
-    #[arg(long, value_enum, default_value_t = Language::En)]
-    language: Language,
+    #[arg(long, value_enum, default_value_t = LanguageName::En)]
+    language: LanguageName,
     #[command(flatten)]
     json: JsonOutput,
 }
@@ -78,8 +96,8 @@ pub(super) struct Start {
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
     /// Language of the texts
-    #[arg(long, value_enum, default_value_t = Language::En)]
-    language: Language,
+    #[arg(long, value_enum, default_value_t = LanguageName::En)]
+    language: LanguageName,
     /// Serial port of a real stand, from which the logs are recorded [default: the simulated stand]
     #[arg(long, value_name = "P", requires_all = ["reference", "key"])]
     port: Option<PathBuf>,
@@ -209,7 +227,7 @@ impl List {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
         let works = works()?;
-        self.json.text(&report::list_text(&works, self.language))?;
+        self.json.text(&report::list_text(&works, self.language.into()))?;
         self.json.json(|| report::list_json(&works))
     }
 }
@@ -231,7 +249,7 @@ impl Start {
         let (lab, key) = (Lab::find(&self.lab)?, read_key(self.key.as_deref())?);
         let started = match (&self.port, &self.reference, key) {
             (Some(port), Some(reference), Some(key)) => self.on_real_stand(&lab, key, port, reference)?,
-            (_, _, key) => with_progress(|progress| start(&lab, (&self.student, self.attempt), key, self.language, &self.out, progress))?,
+            (_, _, key) => with_progress(|progress| start(&lab, (&self.student, self.attempt), key, self.language.into(), &self.out, progress))?,
         };
         self.json.text(&report::started_text(&started, &self.out.display().to_string()))?;
         self.json.json(|| report::started_json(&started))
@@ -242,7 +260,7 @@ impl Start {
         let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e));
         let model = self.model.as_ref().map(read).transpose()?;
         let student = (self.student.as_str(), self.attempt);
-        let prepared = RealStandStart::new(lab, student, key, (&reference, model.as_deref()), self.language, &self.out)?;
+        let prepared = RealStandStart::new(lab, student, key, (&reference, model.as_deref()), self.language.into(), &self.out)?;
         let mut link = SerialLink::open(port)?;
         with_progress(|progress| block_on(prepared.run(&mut link, &mut ConsoleOperator, progress)))
     }

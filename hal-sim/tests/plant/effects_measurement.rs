@@ -1,6 +1,6 @@
 //! Measurement effects: channel readings of the rig and of the plant's sensor elements.
 //!
-//! Lag and delay are filters of the finished series in the model (host-tools); here only the plant's are tested.
+//! Lag and delay are filters of the finished series in the fitted model; here only the plant's are tested.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;

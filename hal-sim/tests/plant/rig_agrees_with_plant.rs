@@ -74,7 +74,7 @@ fn differences(stand: &Stand, kind: ProfileKind, known: Known, seed: u64) -> [f6
     let rig = rig(stand);
     let mut state = State { heat_K: plant.temp_C() - drive_model::T0_C, ..State::turning(0.0, 0.3) };
     let mut profile = Profile::new(&ProfileConfig::new(kind, AMPLITUDE_V, seed)).unwrap();
-    // Lag and skew are filters of the finished series in host-tools: the rate itself is compared.
+    // Lag and skew are filters of the finished series in the fitted model: the rate itself is compared.
     let filtered = rig.structure().lag_s.is_some() || rig.structure().skew_s.is_some();
     let (mut rate, mut current) = (0.0, 0.0);
     let mut angles = Vec::with_capacity(ROWS);

@@ -324,7 +324,7 @@ fn archive_has_logs_journal_and_answers_and_no_file_from_outside_the_folder() {
     assert!(!found.iter().any(|name| name.contains("secret")), "{found:?}");
 }
 
-/// Minutes per attempt: `cargo test --release -p host-tools --test lab_course -- --ignored`, `LAB_SEEDS=200` for the campaign.
+/// Minutes per attempt: `cargo test --release -p stand --test lab lab_course -- --ignored`, `LAB_SEEDS=200` for the campaign.
 #[test]
 #[ignore = "some minutes"]
 fn honest_student_of_the_hunt_meets_the_criterion_on_98_percent_of_the_seeds() {

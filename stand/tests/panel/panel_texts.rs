@@ -134,10 +134,10 @@ fn of_names(path: &str, head: &str) -> BTreeMap<String, BTreeSet<String>> {
 
 /// The keys that the program's kinds need, with the arguments that the program gives. Kinds whose sentence the program itself has are left out.
 fn kinds() -> BTreeMap<String, BTreeSet<String>> {
-    let report = "host-tools/src/report";
+    let report = "stand-report/src";
     let sentences = format!("{report}/explanation/sentences.rs");
-    let stage = "host-tools/src/panel/stage.rs";
-    let note = "host-tools/src/calibrate/note.rs";
+    let stage = "stand-panel/src/stage.rs";
+    let note = "stand-analysis/src/calibrate/note.rs";
     let families = [
         ("form", of_function(&format!("{report}/misfits.rs"), "fn form_json(")),
         ("refusal", of_function(&sentences, "pub fn refusal_json(")),
@@ -154,7 +154,7 @@ fn kinds() -> BTreeMap<String, BTreeSet<String>> {
         ("calibration", of_enum(note, "pub enum Remark {")),
         ("stage", of_enum(stage, "pub enum Stage {")),
         ("ask", of_enum(stage, "pub enum Request {")),
-        ("ask", of_enum("host-tools/src/acquire/calibration_session/instruction.rs", "pub enum Action {")),
+        ("ask", of_enum("stand-acquire/src/calibration_session/instruction.rs", "pub enum Action {")),
         ("stopped", of_enum(stage, "pub enum StopReason {")),
         ("fate", of_names(&format!("{report}/explanation/evidence.rs"), "pub fn name(self)")),
         ("strength", of_names(&format!("{report}/explanation/evidence.rs"), "pub fn strength(")),
@@ -162,7 +162,7 @@ fn kinds() -> BTreeMap<String, BTreeSet<String>> {
         ("coordinate", of_names("drive-model/src/coordinate.rs", "pub fn name(self)")),
         ("with", of_names("drive-model/src/coordinate.rs", "pub fn name(self)")),
         ("drift_parts", of_names(&format!("{report}/drift/words.rs"), "fn setup_part_kind(")),
-        ("ask_orientation", of_enum("host-tools/src/acquire/calibration_session/device.rs", "pub enum Orientation {")),
+        ("ask_orientation", of_enum("stand-acquire/src/calibration_session/device.rs", "pub enum Orientation {")),
     ];
     let mut all = BTreeMap::new();
     for (prefix, kinds) in families {

@@ -1,7 +1,7 @@
 //! Every effect with each of its parameters, every number of a stand's file, and every profile with each of its parameters changes an output.
 //!
 //! `hal-sim/tests/settings.rs` tests settings on a linear motor. Here the numbers of the stand's file are enumerated, so that new ones are tested
-//! too. `host-tools/tests/options.rs` tests the options of the command.
+//! too. `stand/tests/command/options.rs` tests the options of the command.
 #![allow(clippy::unwrap_used)]
 
 use drive_model::{Card, Domain, Parameter, ParameterKind, cards};

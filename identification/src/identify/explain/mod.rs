@@ -144,7 +144,7 @@ impl<'a> Given<'a> {
         let (verdict, unexplained, unfinished) = match verdict::verdict(&mut search) {
             Ok((verdict, unexplained)) => (verdict, unexplained, None),
             Err(open) => {
-                let state = SearchState::of(&search, model, &recording.conventions, hold_out);
+                let state = search.state(model, &recording.conventions, hold_out);
                 (Verdict::NotFinished, Vec::new(), Some(Unfinished { open, state }))
             }
         };

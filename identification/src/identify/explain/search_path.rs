@@ -6,7 +6,10 @@ use super::fitted_model::FittedModel;
 use super::likelihood::delta_bic;
 use super::reasons::Remark;
 use super::trial::Trial;
+use super::unfinished::{SearchState, Settled, StageState};
 use crate::identify::fit::channel_fit::spread;
+use crate::identify::recording_conventions::Convention;
+use crate::model::Model;
 
 /// The search from the given model to the last.
 pub struct Search<'a> {
@@ -75,6 +78,24 @@ impl<'a> Search<'a> {
             restarts: 0,
             termination: Termination::MostAdded,
         }
+    }
+
+    /// What is settled, for another run to go on from: the search began with the `given` model.
+    pub fn state(&self, given: &Model, conventions: &[Convention], hold_out: bool) -> SearchState {
+        let stages = self.added.iter().zip(self.models.iter().skip(1)).map(|(added, fitted)| StageState {
+            effect: added.name.clone(),
+            rate_from_encoder: fitted.data.rate_from_encoder,
+            model_file: fitted.model.to_toml(),
+            rivals: added.rivals.clone(),
+        });
+        let settled = Settled {
+            hold_out,
+            is_complete: !self.termination.is_by_budget(),
+            restarts: self.restarts,
+            conventions: conventions.to_vec(),
+            stages: stages.collect(),
+        };
+        SearchState::new(given, self.models.first().map(|first| first.context.log), settled)
     }
 
     /// Names of the added effects from number `from` on.

@@ -6,7 +6,6 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use sha2::{Digest, Sha256};
 
-use super::search_path::Search;
 use super::trial::Trial;
 use crate::identify::recording_conventions::Convention;
 use crate::log::Log;
@@ -59,6 +58,20 @@ pub struct SearchState {
     pub(super) stages: Vec<StageState>,
 }
 
+/// What a search has settled, beside its logs and its model.
+pub(super) struct Settled {
+    /// Blocks of rows are held out.
+    pub hold_out: bool,
+    /// Nothing more was to be added by these conventions.
+    pub is_complete: bool,
+    /// Times that an added effect led to a better fit without it.
+    pub restarts: usize,
+    /// Conventions of recording that were assumed.
+    pub conventions: Vec<Convention>,
+    /// One stage for each added effect.
+    pub stages: Vec<StageState>,
+}
+
 /// A model with an added effect.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct StageState {
@@ -67,7 +80,7 @@ pub(super) struct StageState {
     /// Whether its rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
     /// The model file with the fitted values.
-    model: String,
+    pub model_file: String,
     /// Effects that may take its place later.
     #[serde(default)]
     pub rivals: Vec<Trial>,
@@ -94,23 +107,11 @@ pub enum StateError {
 }
 
 impl SearchState {
-    pub(super) fn of(search: &Search, given: &Model, conventions: &[Convention], hold_out: bool) -> SearchState {
-        let stages = search.added.iter().zip(search.models.iter().skip(1)).map(|(added, fitted)| StageState {
-            effect: added.name.clone(),
-            rate_from_encoder: fitted.data.rate_from_encoder,
-            model: fitted.model.to_toml(),
-            rivals: added.rivals.clone(),
-        });
-        SearchState {
-            version: VERSION,
-            hold_out,
-            is_complete: !search.termination.is_by_budget(),
-            restarts: search.restarts,
-            conventions: conventions.to_vec(),
-            logs_sha256: hash_of(search.models.first().map(|first| first.context.log)),
-            model: given.to_toml(),
-            stages: stages.collect(),
-        }
+    /// The state of a search from the `given` model on these logs.
+    pub(super) fn new(given: &Model, log: Option<&Log>, settled: Settled) -> SearchState {
+        let Settled { hold_out, is_complete, restarts, conventions, stages } = settled;
+        let (logs_sha256, model) = (hash_of(log), given.to_toml());
+        SearchState { version: VERSION, hold_out, is_complete, restarts, conventions, logs_sha256, model, stages }
     }
 
     /// The state in a text of [`SearchState::to_toml`].
@@ -148,7 +149,7 @@ fn hash_of(log: Option<&Log>) -> String {
 
 impl StageState {
     pub fn model(&self) -> Result<Model, ModelError> {
-        Model::parse(&self.model, "a stage of the search")
+        Model::parse(&self.model_file, "a stage of the search")
     }
 }
 

@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# An archive for people who do not compile: `stand` for every x86-64 Linux, the image of the controller, man pages, completions, licences, SHA-256. A test unpacks it in an empty
+# folder and runs the main job.
+# Usage: scripts/dist.sh [FOLDER]; the archive is left in FOLDER, default target/dist. The image is left out where scripts/build-firmware.sh has not built it.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+target="$(realpath -m "${CARGO_TARGET_DIR:-target}")"
+out="$(realpath -m "${1:-$target/dist}")"
+version="$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)"
+name="rotary-stand-$version-x86_64-linux"
+work="$(mktemp -d)"
+trap 'rm -rf "$work"' EXIT
+folder="$work/$name"
+mkdir -p "$folder" "$out"
+
+cargo build --profile dist -p stand
+cp "$target/dist/stand" "$folder/stand"
+"$folder/stand" man --out "$folder/man" >/dev/null
+mkdir "$folder/completions"
+for shell in bash zsh fish powershell elvish; do
+    "$folder/stand" completions "$shell" >"$folder/completions/stand.$shell"
+done
+image="$target/firmware/thumbv7em-none-eabihf/chip/stand"
+if [ -f "$image" ]; then
+    mkdir "$folder/firmware"
+    cp "$image" "$folder/firmware/stand.elf"
+    cp "$image.hex" "$folder/firmware/stand.hex"
+else
+    echo "without the image: scripts/build-firmware.sh builds it"
+fi
+cp LICENSE-APACHE LICENSE-MIT README.md CHANGELOG.md "$folder"
+python3 scripts/third-party-licences.py >"$folder/LICENCES-THIRD-PARTY.txt"
+(cd "$folder" && find . -type f ! -name SHA256SUMS -printf '%P\0' | sort -z | xargs -0 sha256sum >SHA256SUMS)
+tar --sort=name --owner=0 --group=0 --numeric-owner -C "$work" -czf "$out/$name.tar.gz" "$name"
+(cd "$out" && sha256sum "$name.tar.gz" >"$name.tar.gz.sha256")
+printf '%s: %d KB, stand %d KB\n' "$out/$name.tar.gz" "$(($(stat -c %s "$out/$name.tar.gz") / 1024))" "$(($(stat -c %s "$folder/stand") / 1024))"
+
+# As somebody who has the archive alone.
+mkdir "$work/empty"
+(
+    cd "$work/empty"
+    (cd "$out" && sha256sum --check --quiet "$name.tar.gz.sha256")
+    tar -xzf "$out/$name.tar.gz"
+    (cd "$name" && sha256sum --check --quiet SHA256SUMS)
+    env -i HOME="$work/empty" "$name/stand" >session.txt
+    for page in nominal.html fitted.html explained.html; do
+        grep -q '</html>' "out/$page"
+    done
+    grep -q "Missing effect" session.txt
+)
+echo "the unpacked archive runs the main job"
