@@ -249,7 +249,9 @@ impl Start {
         let (lab, key) = (Lab::find(&self.lab)?, read_key(self.key.as_deref())?);
         let started = match (&self.port, &self.reference, key) {
             (Some(port), Some(reference), Some(key)) => self.on_real_stand(&lab, key, port, reference)?,
-            (_, _, key) => with_progress(|progress| start(&lab, (&self.student, self.attempt), key, self.language.into(), &self.out, progress))?,
+            (_, _, key) => {
+                with_progress(|progress| start(&lab, (&self.student, self.attempt), key, self.language.into(), &self.out, progress))?
+            }
         };
         self.json.text(&report::started_text(&started, &self.out.display().to_string()))?;
         self.json.json(|| report::started_json(&started))
