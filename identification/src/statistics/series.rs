@@ -55,6 +55,9 @@ pub fn autocorrelation(values: &[f64], lags: usize) -> Autocorrelation {
 /// Σ vₖ vₖ₊ₛ of a series for the shifts s from 0 to `shifts`, by Fourier transforms of blocks that overlap by the largest shift; `None` where the series has a value that is
 /// not finite.
 pub fn products_by_shift(series: &[f64], shifts: usize) -> Option<Vec<f64>> {
+    if !series.iter().all(|v| v.is_finite()) {
+        return None;
+    }
     let length = (4 * shifts).min(series.len() + shifts).next_power_of_two().max(2);
     let block = length - shifts;
     let transforms = Transforms::of_length(length);

@@ -138,7 +138,7 @@ fn every_route_of_the_source_needs_the_token() {
     let folder = folder();
     let panel = Panel::new(folder.path(), &[]);
     let host = format!("127.0.0.1:{}", panel.port);
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/panel");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../stand-panel/src");
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| !path.ends_with("server.rs"));
     let source: String = files.map(|path| std::fs::read_to_string(path).unwrap()).collect();
     let routes: Vec<(&str, bool)> = source
