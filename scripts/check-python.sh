@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The Python package as a user has it: the wheel for every x86-64 is built, installed into an empty environment, and tested there; types, notebooks.
 # Usage: scripts/check-python.sh [FOLDER]; the wheel is left in FOLDER, default target/wheels. Needs cargo and Python 3.10 or later with venv.
-# WHEEL_PROFILE=release builds it for this machine only, with the dependencies that `cargo test --workspace --release` has built.
+# WHEEL_PROFILE=dev builds it for this machine only, with the dependencies that `cargo test --workspace` has built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 target="$(realpath -m "${CARGO_TARGET_DIR:-target}")"

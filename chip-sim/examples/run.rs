@@ -1,4 +1,4 @@
-//! Runs an image on the default stand: `cargo run --release -p chip-sim --example run -- IMAGE SECONDS [MS:LINE …]`.
+//! Runs an image on the default stand: `cargo run -p chip-sim --example run -- IMAGE SECONDS [MS:LINE …]`.
 //!
 //! Each `MS:LINE` is sent over the serial line at that time. Prints the log, the serial line and the measurements.
 
@@ -36,12 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let wall_s = begun.elapsed().as_secs_f64();
     sent.push_str(&String::from_utf8_lossy(&machine.take_sent()));
-    if let Some(table) = defmt_decoder::Table::parse(&std::fs::read(&path)?)? {
-        let mut decoder = table.new_stream_decoder();
-        decoder.received(machine.log());
-        while let Ok(frame) = decoder.decode() {
-            println!("log: {}", frame.display(false));
-        }
+    for message in chip_sim::log::messages(machine.log(), &image) {
+        println!("log: {message}");
     }
     println!("serial line:\n{sent}");
     let reached_s = seconds(machine.now());

@@ -79,6 +79,11 @@ impl Image {
         self.symbols.get(name).copied()
     }
 
+    /// Name and address of each symbol.
+    pub fn symbols(&self) -> impl Iterator<Item = (&str, u32)> {
+        self.symbols.iter().map(|(name, address)| (name.as_str(), *address))
+    }
+
     /// Functions whose name contains `part`.
     pub fn functions_named<'a>(&'a self, part: &'a str) -> impl Iterator<Item = (u32, &'a str)> {
         self.functions.iter().filter(move |(_, name)| name.contains(part)).map(|(address, name)| (*address, name.as_str()))

@@ -9,6 +9,7 @@
 pub mod board;
 pub mod cpu;
 pub mod image;
+pub mod log;
 pub mod machine;
 pub mod peripherals;
 pub mod rtt;

@@ -23,7 +23,7 @@ use stand_firmware::reset_cause::ResetCause;
 use stand_firmware::settings::{Kept, Store};
 use std::cell::{Cell, RefCell};
 use std::future::{Future, poll_fn};
-use std::pin::pin;
+use std::pin::{Pin, pin};
 use std::task::Poll;
 
 /// Sizes of the flash sectors that hold the settings.
@@ -91,10 +91,10 @@ impl<T: TickIo> TickIo for Watched<'_, T> {
 }
 
 /// One controller on its stand.
-pub struct Controller<'c, P> {
+pub struct Controller<'c> {
     clock: &'c VirtualClock,
     line: SerialLine<'c>,
-    bench: RefCell<Bench<P>>,
+    bench: RefCell<Bench>,
     flash: RefCell<SimFlash>,
     defaults: Kept,
     serial: String,
@@ -112,12 +112,18 @@ pub struct Controller<'c, P> {
     rows_lost: Cell<u32>,
 }
 
-impl<'c, P: PlantPort> Controller<'c, P> {
+impl<'c> Controller<'c> {
     /// A controller of this stand, at rest and without supply.
     ///
     /// # Errors
     /// An invalid setting of the stand, by name.
-    pub fn new(clock: &'c VirtualClock, stand: &StandSetup, plant: P, flash: SimFlash, seed: u64) -> Result<Self, ControllerError> {
+    pub fn new(
+        clock: &'c VirtualClock,
+        stand: &StandSetup,
+        plant: impl PlantPort + 'static,
+        flash: SimFlash,
+        seed: u64,
+    ) -> Result<Self, ControllerError> {
         stand.sensors.check()?;
         let defaults = Kept { settings: stand.settings, hardware: stand.hardware };
         defaults.config()?;
@@ -127,7 +133,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         Ok(Self {
             clock,
             line: SerialLine::new(clock, USUAL_BAUD, seed),
-            bench: RefCell::new(Bench::of(stand, seed, plant).starting_at(clock.now())),
+            bench: RefCell::new(Bench::of(stand, seed, Box::new(plant)).starting_at(clock.now())),
             flash: RefCell::new(flash),
             defaults,
             serial: format!("SIM-{seed}"),
@@ -160,7 +166,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
     }
 
     /// Plant and sensors, to observe them and to inject faults. Must not be borrowed across an await.
-    pub fn bench(&self) -> &RefCell<Bench<P>> {
+    pub fn bench(&self) -> &RefCell<Bench> {
         &self.bench
     }
 
@@ -205,7 +211,12 @@ impl<'c, P: PlantPort> Controller<'c, P> {
     /// # Errors
     /// An invalid setting; a firmware that waits for ever or ends.
     pub fn run<T>(&self, host: impl Future<Output = T>, mut outside: impl FnMut(Ticks)) -> Result<T, ControllerError> {
-        let mut host = pin!(host);
+        let mut result = None;
+        self.run_host(pin!(async { result = Some(host.await) }), &mut outside)?;
+        result.ok_or(ControllerError::Ended)
+    }
+
+    fn run_host(&self, mut host: Pin<&mut dyn Future<Output = ()>>, outside: &mut dyn FnMut(Ticks)) -> Result<(), ControllerError> {
         let mut flash = self.flash.borrow_mut();
         let [first, second] = SECTORS_BYTES;
         loop {
@@ -265,7 +276,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
             };
             self.rows_lost.set(measurement.rows_lost());
             match on {
-                Either::First(Either3::First(done)) => return Ok(done),
+                Either::First(Either3::First(())) => return Ok(()),
                 Either::First(Either3::Second(())) | Either::Second(_) => return Err(ControllerError::Ended),
                 Either::First(Either3::Third(())) => {}
             }
@@ -282,8 +293,8 @@ impl<'c, P: PlantPort> Controller<'c, P> {
                 self.bench.borrow_mut().advance(to, |_| {});
                 self.line.deliver(to, |_| {});
             })?;
-            if let Either::First(done) = off {
-                return Ok(done);
+            if let Either::First(()) = off {
+                return Ok(());
             }
             self.line.power(true);
         }

@@ -113,10 +113,10 @@ impl Record {
 ///
 /// # Errors
 /// An invalid parameter, by name; or a firmware that waits for ever.
-pub fn run<P: PlantPort>(stand: StandSetup, plant: P, request: SessionRequest) -> Result<Record, SessionError> {
+pub fn run(stand: StandSetup, plant: impl PlantPort + 'static, request: SessionRequest) -> Result<Record, SessionError> {
     let mut columns = Columns::new(&stand);
     let mut truths = Truths::default();
-    let (pace, sensor) = run_session(stand, plant, request, |row, truth, _| {
+    let (pace, sensor) = run_session(stand, Box::new(plant), request, &mut |row, truth, _| {
         if columns.take(row) {
             truths.take(row, truth);
         }
@@ -144,9 +144,9 @@ pub struct Block {
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_blocks<P: PlantPort>(
+pub fn run_blocks(
     stand: StandSetup,
-    plant: P,
+    plant: impl PlantPort + 'static,
     request: SessionRequest,
     block_rows: usize,
     mut goes_on: impl FnMut(f64) -> bool,
@@ -155,7 +155,7 @@ pub fn run_blocks<P: PlantPort>(
     let mut columns = Columns::new(&stand);
     let mut is_first = true;
     let mut is_wanted = true;
-    let (_, sensor) = run_session(stand, plant, request, |row, _, sensor| {
+    let (_, sensor) = run_session(stand, Box::new(plant), request, &mut |row, _, sensor| {
         if columns.rows_in_block >= block_rows {
             let notes = if is_first { first_notes(&stand, &request, &sensor.status()) } else { Vec::new() };
             is_first = false;
@@ -177,21 +177,21 @@ pub fn run_blocks<P: PlantPort>(
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_rows<P: PlantPort>(
+pub fn run_rows(
     stand: StandSetup,
-    plant: P,
+    plant: impl PlantPort + 'static,
     request: SessionRequest,
     mut take: impl FnMut(&Row, &Truth),
 ) -> Result<Pace, SessionError> {
-    run_session(stand, plant, request, |row, truth, _| (take(row, truth), true).1).map(|(pace, _)| pace)
+    run_session(stand, Box::new(plant), request, &mut |row, truth, _| (take(row, truth), true).1).map(|(pace, _)| pace)
 }
 
 /// As [`run_rows`], with the sensor under test; the session ends early once `take` returns false. Also returns the status of the sensor.
-fn run_session<P: PlantPort>(
+fn run_session(
     stand: StandSetup,
-    plant: P,
+    plant: Box<dyn PlantPort>,
     request: SessionRequest,
-    take: impl FnMut(&Row, &Truth, &sensors::Shared) -> bool,
+    take: &mut dyn FnMut(&Row, &Truth, &sensors::Shared) -> bool,
 ) -> Result<(Pace, sensors::Status), SessionError> {
     let seconds = stand_firmware::config::within("seconds", request.seconds, 1e-3, 1e6)?;
     stand.sensors.check()?;
@@ -259,11 +259,11 @@ pub struct Calibrated {
 ///
 /// # Errors
 /// As [`run`].
-pub fn calibrate<P: PlantPort>(
+pub fn calibrate(
     stand: StandSetup,
-    plant: P,
+    plant: Box<dyn PlantPort>,
     seed: u64,
-    watching: impl Fn(&CalibrationProgress),
+    watching: &dyn Fn(&CalibrationProgress),
 ) -> Result<Calibrated, SessionError> {
     stand.sensors.check()?;
     let config = Config::new(&stand.settings, &stand.hardware)?;
@@ -302,14 +302,14 @@ pub fn calibrate<P: PlantPort>(
 }
 
 /// Passes each row on with the truth at its time.
-struct WithTruth<'a, P, F> {
-    bench: &'a RefCell<Bench<P>>,
+struct WithTruth<'a> {
+    bench: &'a RefCell<Bench>,
     sensor: &'a sensors::Shared,
     goes_on: &'a Cell<bool>,
-    take: F,
+    take: &'a mut dyn FnMut(&Row, &Truth, &sensors::Shared) -> bool,
 }
 
-impl<P: PlantPort, F: FnMut(&Row, &Truth, &sensors::Shared) -> bool> RowSink for WithTruth<'_, P, F> {
+impl RowSink for WithTruth<'_> {
     fn row(&mut self, row: &Row) {
         // Row k arrives at t_{k+1}: the truth of t_k is one millisecond old.
         let [_, before] = self.bench.borrow().truth();

@@ -95,8 +95,6 @@ def test_errors_of_analyses(cogging_log: rs.Log, nominal: rs.Model) -> None:
             rs.compare(cogging_log, model)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="empty"):
         rs.compare([], nominal)
-    with pytest.raises(ValueError, match="engine"):
-        rs.explain(cogging_log, nominal, engine="other")
     with pytest.raises(ValueError, match="time_limit_s"):
         rs.fit(cogging_log, nominal, time_limit_s=0)
     with pytest.raises(rs.AnalysisError):

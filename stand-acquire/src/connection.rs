@@ -122,7 +122,7 @@ pub trait VirtualLine {
     async fn pass(&mut self, seconds: f64, received: &mut Vec<u8>) -> Result<(), ConnectionError>;
 }
 
-impl<P: PlantPort> VirtualLine for &Controller<'_, P> {
+impl VirtualLine for &Controller<'_> {
     const NAME: &'static str = "simulated stand";
 
     fn send(&mut self, bytes: &[u8]) {

@@ -275,7 +275,7 @@ export const TEXT = {
   verdict_effect_found: ["The model lacks effects of the catalogue. With them only noise is left.", "Моделі бракує ефектів із каталогу. З ними лишається тільки шум."],
   verdict_partly_explained: ["Effects of the catalogue explain a part. Something else is left that none of them explains.", "Ефекти з каталогу пояснюють частину. Лишається ще щось, чого не пояснює жоден із них."],
   verdict_unknown_structure: ["The log contains a structure that no effect of the catalogue explains. An effect that improves the fit may stand in for another cause.", "Журнал містить структуру, якої не пояснює жоден ефект із каталогу. Ефект, що покращує підбір, може заступати іншу причину."],
-  verdict_not_finished: ["The time limit ended the search; nothing is concluded.", "Пошук перервано за браком часу; висновку немає."],
+  verdict_not_finished: ["The limit of effort ended the search. What is open may change the answer.", "Пошук зупинено на межі обчислень. Те, що лишилося нез’ясованим, може змінити відповідь."],
   strength_very_strong: ["very strong", "дуже сильні"],
   strength_strong: ["strong", "сильні"],
   strength_weak: ["weak", "слабкі"],

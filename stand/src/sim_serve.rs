@@ -101,7 +101,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     };
     let ended = |interrupts: &Interrupts, now: Duration| interrupts.any() || now >= until;
     let lag_s = std::cell::Cell::new(0.0);
-    let lagged = |lag: Duration| {
+    let mut lagged = |lag: Duration| {
         if lag_s.replace(lag_s.get() + lag.as_secs_f64()) == 0.0 {
             eprintln!("stand: the computer is too slow for real time; the simulated clock lags");
         }
@@ -139,7 +139,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         }
         let interrupts = Interrupts::install()?;
         let mut line = open()?;
-        let served = serve_chip(&mut machine, &mut line, |now| ended(&interrupts, now), lagged);
+        let served = serve_chip(&mut machine, &mut line, &|now| ended(&interrupts, now), &mut lagged);
         report_lag();
         if let (Some(path), Some(sectors)) = (options.flash, machine.soc.flash.bytes().get(SETTINGS)) {
             files::replace(path, |out| out.write_all(sectors)).map_err(|e| CliError::file(path, "write", &e))?;
@@ -159,7 +159,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     }
     let interrupts = Interrupts::install()?;
     let mut line = open()?;
-    let served = serve(&controller, &mut line, |now| ended(&interrupts, now), lagged);
+    let served = serve(&controller, &mut line, &|now| ended(&interrupts, now), &mut lagged);
     report_lag();
     if let Some(path) = options.flash {
         files::replace(path, |out| out.write_all(controller.into_flash().bytes())).map_err(|e| CliError::file(path, "write", &e))?;

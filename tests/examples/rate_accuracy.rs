@@ -1,4 +1,4 @@
-//! The table of docs/rate-accuracy.md: `cargo run --release -p stand-tests --example rate_accuracy`.
+//! The table of docs/rate-accuracy.md: `cargo run -p stand-tests --example rate_accuracy`.
 
 use rayon::prelude::*;
 use stand_firmware::speed_loop::Settings;

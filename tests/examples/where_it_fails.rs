@@ -1,6 +1,6 @@
 //! True and false misfits of models: the tables of docs/figures.md.
 //!
-//! `cargo run --release -p stand-tests --example where_it_fails -- [own null logs]`
+//! `cargo run -p stand-tests --example where_it_fails -- [own null logs]`
 
 use std::time::Instant;
 

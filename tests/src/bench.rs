@@ -18,7 +18,7 @@ const REPLY_TIMEOUT_S: f64 = 2.0;
 
 /// The host's end of the line.
 pub struct Host<'x, 'c> {
-    controller: &'x Controller<'c, Plant>,
+    controller: &'x Controller<'c>,
     received: RefCell<Vec<u8>>,
 }
 

@@ -3,7 +3,9 @@
 //! Input: a stand and a rate. Output: mean rate over whole turns, its scatter over windows of one turn, ten degrees and one degree, and the
 //! settling of a rate step. Marks of the plant's true angle are timed between ticks; encoder and rate sensor are not used.
 
+use std::cell::RefCell;
 use std::f64::consts::PI;
+use std::rc::Rc;
 
 use hal_sim::board::PlantPort;
 use hal_sim::plant::{Plant, Stand};
@@ -42,7 +44,7 @@ pub fn cogging_stand() -> Stand {
 /// The stand cannot be calibrated.
 pub fn calibrated_stand(stand: &Stand, seed: u64) -> Stand {
     let plant = Plant::new(stand, BEGIN_RAD).expect("a valid stand");
-    let calibrated = calibrate(stand.setup(), plant, seed, |_| ()).expect("a valid stand");
+    let calibrated = calibrate(stand.setup(), Box::new(plant), seed, &|_| ()).expect("a valid stand");
     let mut stand = stand.clone();
     stand.firmware.compensation = calibrated.outcome.expect("a stand that can be calibrated").compensation;
     stand
@@ -83,9 +85,10 @@ pub fn accuracy(stand: &Stand, rate_deg_s: f64, seed: u64) -> Result<Accuracy, S
     let rate_rad_s = rate_deg_s.to_radians();
     let turns = TURNS_TO_SETTLE + TURNS_OF_THE_SCATTER;
     let seconds = (turns as f64 * 360.0 + 6.0) / rate_deg_s + rate_rad_s / stand.firmware.acceleration_rad_s2 + 1.0;
-    let mut degrees_s = Vec::with_capacity(turns * 360 + 100);
-    let plant = Marked::new(Plant::new(stand, BEGIN_RAD).expect("a valid stand"), PI / 180.0, &mut degrees_s);
+    let degrees_s = Rc::new(RefCell::new(Vec::with_capacity(turns * 360 + 100)));
+    let plant = Marked::new(Plant::new(stand, BEGIN_RAD).expect("a valid stand"), PI / 180.0, degrees_s.clone());
     run_rows(stand.setup(), plant, constant(rate_rad_s, seconds, seed), |_, _| ())?;
+    let degrees_s = degrees_s.borrow();
     let marks = &degrees_s[TURNS_TO_SETTLE * 360..=turns * 360];
     let mean_s = (marks[TURNS_OF_THE_MEAN * 360] - marks[0]) / (TURNS_OF_THE_MEAN * 360) as f64;
     Ok(Accuracy {
@@ -132,16 +135,16 @@ fn scatter(marks_s: &[f64], window: usize) -> f64 {
 }
 
 /// A plant that times the forward crossings of marks of its true angle, from zero on.
-pub struct Marked<'a, P> {
-    plant: P,
+struct Marked {
+    plant: Plant,
     every_rad: f64,
     steps: u64,
-    times_s: &'a mut Vec<f64>,
+    times_s: Rc<RefCell<Vec<f64>>>,
 }
 
-impl<'a, P: PlantPort> Marked<'a, P> {
+impl Marked {
     /// Marks every `every_rad`; their times go to `times_s`.
-    pub fn new(plant: P, every_rad: f64, times_s: &'a mut Vec<f64>) -> Self {
+    fn new(plant: Plant, every_rad: f64, times_s: Rc<RefCell<Vec<f64>>>) -> Self {
         Self { plant, every_rad, steps: 0, times_s }
     }
 
@@ -150,13 +153,14 @@ impl<'a, P: PlantPort> Marked<'a, P> {
     }
 }
 
-impl<P: PlantPort> PlantPort for Marked<'_, P> {
+impl PlantPort for Marked {
     fn advance(&mut self, command_V: f64, dt_s: f64) {
         let (theta, omega) = (self.plant.true_theta_rad(), self.plant.true_rate_rad_s());
         self.plant.advance(command_V, dt_s);
+        let mut times_s = self.times_s.borrow_mut();
         let (after, omega_after) = (self.plant.true_theta_rad(), self.plant.true_rate_rad_s());
         loop {
-            let mark = self.times_s.len() as f64 * self.every_rad;
+            let mark = times_s.len() as f64 * self.every_rad;
             if after < mark {
                 break;
             }
@@ -169,7 +173,7 @@ impl<P: PlantPort> PlantPort for Marked<'_, P> {
                 let slope = way + (1.0 - 2.0 * x) * (a * (1.0 - x) + b * x) + x * (1.0 - x) * (b - a);
                 x = (x + (mark - value) / slope).clamp(0.0, 1.0);
             }
-            self.times_s.push(self.now_s() + x * dt_s);
+            times_s.push(self.now_s() + x * dt_s);
         }
         self.steps += (dt_s * TICKS_PER_S as f64).round() as u64;
     }

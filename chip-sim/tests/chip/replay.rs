@@ -105,7 +105,7 @@ impl Recorded {
 fn on_host() -> Recorded {
     let stand = Stand::default();
     let plant = Plant::new(&stand, -0.1).unwrap();
-    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, plant);
+    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Box::new(plant));
     let mut recorded = Recorded { speed_loop: SpeedLoop::new(config().unwrap()), inputs: Vec::new(), outputs: Vec::new() };
     for n in 0..TICKS {
         bench.advance(Ticks::of_control(n), |io| recorded.run(io));

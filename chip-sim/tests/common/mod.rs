@@ -46,13 +46,9 @@ pub struct Chip {
 }
 
 impl Chip {
-    /// Log messages since power-on.
+    /// Log messages since power-on, without their arguments.
     pub fn log(&mut self) -> Vec<String> {
-        let elf = std::fs::read(image_path()).unwrap();
-        let table = defmt_decoder::Table::parse(&elf).unwrap().unwrap();
-        let mut decoder = table.new_stream_decoder();
-        decoder.received(self.machine.log());
-        std::iter::from_fn(|| decoder.decode().ok().map(|frame| frame.display(false).to_string())).collect()
+        chip_sim::log::messages(self.machine.log(), image())
     }
 
     /// The chip at power-on on this stand.

@@ -66,8 +66,9 @@ pub struct Truth {
 }
 
 /// Plant, sensors and bridge of one stand at one time.
-pub struct Bench<P> {
-    plant: P,
+pub struct Bench {
+    // Not a type parameter: the loop of the ticks is compiled once, here, and not in each crate that runs it.
+    plant: Box<dyn PlantPort>,
     now: Ticks,
     /// Present time; the plant may lag by up to a tick.
     reached: Ticks,
@@ -112,9 +113,9 @@ pub struct Bench<P> {
     captured_pulse: Option<EdgeTime>,
 }
 
-impl<P: PlantPort> Bench<P> {
+impl Bench {
     /// A bench at time 0, before its first tick.
-    pub fn new(hardware: &Hardware, sensors: &SensorSetup, seed: u64, plant: P) -> Self {
+    pub fn new(hardware: &Hardware, sensors: &SensorSetup, seed: u64, plant: Box<dyn PlantPort>) -> Self {
         let encoder = Encoder::new(hardware);
         let rate = RateSensor::new(hardware, sensors, seed, plant.rate_rad_s());
         let supply = SlowChannel::new(hardware.supply_V_per_code, Noise::new(seed, 2, sensors.supply_noise_V));
@@ -155,7 +156,7 @@ impl<P: PlantPort> Bench<P> {
     }
 
     /// The bench of a stand: its sensors, its faults, and the sensor under test.
-    pub fn of(stand: &StandSetup, seed: u64, plant: P) -> Self {
+    pub fn of(stand: &StandSetup, seed: u64, plant: Box<dyn PlantPort>) -> Self {
         let bench = Self::new(&stand.hardware, &stand.sensors, seed, plant).with_faults(stand.faults).with_clock(&stand.clock, seed);
         match stand.imu {
             Some(sensor) => bench.with_imu(sensor, seed),
@@ -200,7 +201,7 @@ impl<P: PlantPort> Bench<P> {
 
     /// Advances everything to `to`; `interrupt` runs at the start of each tick up to and including `to`.
     #[inline]
-    pub fn advance(&mut self, to: Ticks, mut interrupt: impl FnMut(&mut SimTickIo<'_, P>)) {
+    pub fn advance(&mut self, to: Ticks, mut interrupt: impl FnMut(&mut SimTickIo<'_>)) {
         while Ticks::of_control(self.tick) <= to {
             self.integrate(Ticks::of_control(self.tick));
             self.begin_tick();
@@ -266,13 +267,13 @@ impl<P: PlantPort> Bench<P> {
     }
 
     /// The plant.
-    pub fn plant(&self) -> &P {
-        &self.plant
+    pub fn plant(&self) -> &dyn PlantPort {
+        &*self.plant
     }
 
     /// The plant, to change it from outside.
-    pub fn plant_mut(&mut self) -> &mut P {
-        &mut self.plant
+    pub fn plant_mut(&mut self) -> &mut dyn PlantPort {
+        &mut *self.plant
     }
 
     #[inline]
@@ -354,7 +355,7 @@ impl<P: PlantPort> Bench<P> {
 }
 
 /// Faults, where they act. A stand without faults does not enter here.
-impl<P: PlantPort> Bench<P> {
+impl Bench {
     /// Readings of the encoder counters, including wire faults.
     #[inline]
     fn counter_reading(&self) -> i64 {
@@ -429,9 +430,9 @@ fn counted(edge: Edge, ahead: i64) -> Edge {
 }
 
 /// Hardware of the interrupt.
-pub struct SimTickIo<'a, P>(&'a mut Bench<P>);
+pub struct SimTickIo<'a>(&'a mut Bench);
 
-impl<P> SimTickIo<'_, P> {
+impl SimTickIo<'_> {
     /// Start time of this tick.
     pub fn now(&self) -> Ticks {
         self.0.now
@@ -443,7 +444,7 @@ impl<P> SimTickIo<'_, P> {
     }
 }
 
-impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
+impl TickIo for SimTickIo<'_> {
     #[inline]
     fn sense(&mut self) -> Sensed {
         let bench = &self.0;
@@ -475,22 +476,22 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
 }
 
 /// Hardware of the tasks.
-pub struct SimBoard<'a, P> {
-    bench: &'a RefCell<Bench<P>>,
+pub struct SimBoard<'a> {
+    bench: &'a RefCell<Bench>,
     clock: &'a VirtualClock,
     bus_taken: bool,
 }
 
-impl<'a, P: PlantPort> SimBoard<'a, P> {
+impl<'a> SimBoard<'a> {
     /// The hardware of the tasks on this bench and clock.
-    pub fn new(bench: &'a RefCell<Bench<P>>, clock: &'a VirtualClock) -> Self {
+    pub fn new(bench: &'a RefCell<Bench>, clock: &'a VirtualClock) -> Self {
         Self { bench, clock, bus_taken: false }
     }
 }
 
-impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
+impl<'a> Board for SimBoard<'a> {
     type Clock = SimClock<'a>;
-    type SensorBus = SensorBus<'a, P>;
+    type SensorBus = SensorBus<'a>;
 
     fn clock(&self) -> SimClock<'a> {
         SimClock(self.clock)
@@ -554,7 +555,7 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
         }
     }
 
-    fn sensor_bus(&mut self) -> Option<SensorBus<'a, P>> {
+    fn sensor_bus(&mut self) -> Option<SensorBus<'a>> {
         let first = !std::mem::replace(&mut self.bus_taken, true);
         first.then_some(SensorBus { bench: self.bench, clock: self.clock, mode: MODE_3 })
     }

@@ -3,7 +3,7 @@
 //! Mode 3 or 0 as the driver selects, 10 MHz (the maximum of the ISM330DHCX, DS13012 §4.4.1, and of the ADXL355), by DMA. A transaction ends with its last bit and reads
 //! the state of the sensor at that time; other tasks run until then. Without a sensor all bits are ones.
 
-use super::{Bench, PlantPort};
+use super::Bench;
 use crate::clock::{SimClock, VirtualClock};
 use crate::peripherals::imu::Chip;
 use embedded_hal_async::spi::{ErrorKind, ErrorType, Mode, Operation, SpiDevice};
@@ -16,13 +16,13 @@ const STEPS_PER_BYTE: u64 = 8;
 const STEPS_PER_TRANSACTION: u64 = 50;
 
 /// The bus of one simulated board.
-pub struct SensorBus<'a, P> {
-    pub(super) bench: &'a RefCell<Bench<P>>,
+pub struct SensorBus<'a> {
+    pub(super) bench: &'a RefCell<Bench>,
     pub(super) clock: &'a VirtualClock,
     pub(super) mode: Mode,
 }
 
-impl<P: PlantPort> SensorSpi for SensorBus<'_, P> {
+impl SensorSpi for SensorBus<'_> {
     fn set_mode(&mut self, mode: Mode) -> Result<(), UnsupportedMode> {
         self.mode = mode;
         Ok(())
@@ -30,11 +30,11 @@ impl<P: PlantPort> SensorSpi for SensorBus<'_, P> {
 }
 
 /// The bus itself never fails: a missing device reads as ones.
-impl<P> ErrorType for SensorBus<'_, P> {
+impl ErrorType for SensorBus<'_> {
     type Error = ErrorKind;
 }
 
-impl<P: PlantPort> SpiDevice for SensorBus<'_, P> {
+impl SpiDevice for SensorBus<'_> {
     async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
         let clock = SimClock(self.clock);
         let mut steps = STEPS_PER_TRANSACTION;

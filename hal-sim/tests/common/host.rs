@@ -6,7 +6,7 @@ use stand_firmware::board::{Clock, TICKS_PER_S};
 
 /// Sends commands and queries, and waits in virtual time.
 pub struct Host<'h, 'c> {
-    pub controller: &'h Controller<'c, LinearMotor>,
+    pub controller: &'h Controller<'c>,
 }
 
 impl Host<'_, '_> {

@@ -43,9 +43,9 @@ impl PlantPort for Turning {
 pub const STILL: Turning = Turning { t_s: 0.0, from_rad_s: 0.0, acceleration_rad_s2: 0.0 };
 
 /// Runs the sensor task for `seconds`; calls `each` with its state and the bench at each millisecond.
-pub fn run(plant: Turning, setup: ImuSetup, seconds: f64, mut each: impl FnMut(u64, &Shared, &mut Bench<Turning>)) -> Status {
+pub fn run(plant: Turning, setup: ImuSetup, seconds: f64, mut each: impl FnMut(u64, &Shared, &mut Bench)) -> Status {
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, plant).with_imu(setup, 1));
+    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, Box::new(plant)).with_imu(setup, 1));
     let mut board = SimBoard::new(&bench, &clock);
     let line = board.sensor_bus().unwrap();
     assert!(board.sensor_bus().is_none(), "the bus is handed out once");

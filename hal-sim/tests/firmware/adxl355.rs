@@ -23,10 +23,7 @@ fn adxl355() -> ImuSetup {
 }
 
 /// Runs `story` with the bus of a stand that carries this sensor.
-fn on_the_bus<F: Future<Output = ()>>(
-    setup: ImuSetup,
-    story: impl FnOnce(hal_sim::board::SensorBus<'static, Turning>, SimClock<'static>) -> F,
-) {
+fn on_the_bus<F: Future<Output = ()>>(setup: ImuSetup, story: impl FnOnce(hal_sim::board::SensorBus<'static>, SimClock<'static>) -> F) {
     // The bus borrows bench and clock: they live until the end of the test program.
     let clock: &'static VirtualClock = Box::leak(Box::default());
     let bench = Bench::new(&Hardware::default(), &SensorSetup::default(), 1, STILL).with_imu(setup, 1);
@@ -193,7 +190,7 @@ fn the_probe_for_the_other_part_changes_nothing() {
 }
 
 /// Registers 0x01 to 0x1E of an ISM330DHCX.
-async fn registers(line: &mut hal_sim::board::SensorBus<'static, Turning>) -> [u8; 30] {
+async fn registers(line: &mut hal_sim::board::SensorBus<'static>) -> [u8; 30] {
     let mut read = [0; 30];
     line.set_mode(MODE_3).unwrap();
     line.transaction(&mut [Operation::Write(&[0x81]), Operation::Read(&mut read)]).await.unwrap();

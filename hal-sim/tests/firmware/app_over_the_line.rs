@@ -22,7 +22,7 @@ use std::cell::RefCell;
 struct Host<'h, 'c> {
     line: &'h SerialLine<'c>,
     clock: SimClock<'c>,
-    bench: &'h RefCell<Bench<LinearMotor>>,
+    bench: &'h RefCell<Bench>,
     bytes: RefCell<Vec<u8>>,
 }
 

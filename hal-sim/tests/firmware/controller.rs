@@ -15,7 +15,7 @@ use std::cell::RefCell;
 
 /// The host side of the line.
 struct Host<'a, 'c> {
-    controller: &'a Controller<'c, Plant>,
+    controller: &'a Controller<'c>,
     clock: SimClock<'c>,
     received: RefCell<Vec<u8>>,
 }

@@ -106,7 +106,7 @@ fn record(fault: Option<Fault>) -> Record {
 #[test]
 fn each_board_fault_changes_a_record_from_its_start_on() {
     let sound = record(None);
-    // Those of the gyro: tests/gyro_drift.rs; of the clock reference: tests/clock_reference.rs.
+    // Those of the gyro: gyro_drift.rs; of the clock reference: clock_reference.rs.
     let is_elsewhere = |what: &FaultKind| what.affects_serial_line() || what.affects_gyroscope() || what.affects_clock_reference();
     let of_the_board = |what: &FaultKind| !is_elsewhere(what) && *what != FaultKind::IndexOff;
     for what in FaultKind::ALL.into_iter().filter(of_the_board) {

@@ -186,7 +186,7 @@ fn a_fifo_overrun_reports_the_lost_samples() {
 
 /// Another sensor behind the trait: it delivers the true motion.
 struct TrueMotion<'a> {
-    bench: &'a RefCell<Bench<Turning>>,
+    bench: &'a RefCell<Bench>,
     last: u32,
 }
 

@@ -280,6 +280,7 @@ impl<W: Write + Send> GroupWriter<W> {
             let schema = Arc::new(Type::group_type_builder("schema").with_fields(fields).build()?);
             let properties = WriterProperties::builder()
                 .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
+                .set_dictionary_enabled(false) // measured values hardly repeat: files are a tenth smaller, and are written faster
                 .set_created_by(concat!("rotary stand ", env!("CARGO_PKG_VERSION")).to_owned());
             SerializedFileWriter::new(out, schema, Arc::new(properties.build()))
         };

@@ -71,21 +71,21 @@ pub fn simulate(
 }
 
 /// Mounts the device under test on the simulated stand; the radius keeps its deviation from the assumed one.
-pub struct SimulatedOperator<'h, 'c, P> {
-    controller: &'h Controller<'c, P>,
+pub struct SimulatedOperator<'h, 'c> {
+    controller: &'h Controller<'c>,
     radius_error_m: f64,
 }
 
-impl<'h, 'c, P: PlantPort> SimulatedOperator<'h, 'c, P> {
+impl<'h, 'c> SimulatedOperator<'h, 'c> {
     /// The operator of a session; the radius of the present mounting is that of its first one, with an error.
-    pub fn new(controller: &'h Controller<'c, P>, session: &Session) -> Self {
+    pub fn new(controller: &'h Controller<'c>, session: &Session) -> Self {
         let assumed_m = session.mountings().first().map_or(0.0, |m| m.radius_m);
         let radius_error_m = controller.bench().borrow_mut().imu().map_or(0.0, |imu| imu.mounting().radius_m - assumed_m);
         Self { controller, radius_error_m }
     }
 }
 
-impl<P: PlantPort> Operator for SimulatedOperator<'_, '_, P> {
+impl Operator for SimulatedOperator<'_, '_> {
     fn perform(&mut self, _: &Instruction, m: &Mounting, added_kg_m2: f64) -> Option<String> {
         let orientation = match m.orientation {
             Orientation::Flat => chip::SensorOrientation::Flat,

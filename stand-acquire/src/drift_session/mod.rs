@@ -264,7 +264,7 @@ pub fn simulate(
     let host = async {
         let mut stand = SimulatedConnection::new(&controller);
         let started = stand.wait_s(SIMULATED_START_S).await;
-        let turn = async |place: &Orientation, _: &mut SimulatedConnection<&Controller<'_, LinearMotor>>| {
+        let turn = async |place: &Orientation, _: &mut SimulatedConnection<&Controller<'_>>| {
             if let Some(line) = controller.bench().borrow_mut().gyro() {
                 line.gyro().set_orientation(*place);
             }

@@ -28,8 +28,8 @@ pub enum ServeChipError {
 pub fn serve_chip(
     machine: &mut Machine<'_>,
     line: &mut ServedLine,
-    ends: impl Fn(Duration) -> bool,
-    mut skipped: impl FnMut(Duration),
+    ends: &dyn Fn(Duration) -> bool,
+    skipped: &mut dyn FnMut(Duration),
 ) -> Result<(), ServeChipError> {
     let mut pace = Pacer::new(Instant::now());
     let mut from_client = Vec::new();

@@ -8,7 +8,6 @@ use std::future::poll_fn;
 use std::task::Poll;
 use std::time::{Duration, Instant};
 
-use hal_sim::board::PlantPort;
 use hal_sim::controller::{Controller, ControllerError};
 use stand_firmware::board::Ticks;
 
@@ -29,11 +28,11 @@ pub enum ServeError {
 ///
 /// # Errors
 /// The line or the controller failed.
-pub fn serve<P: PlantPort>(
-    controller: &Controller<'_, P>,
+pub fn serve(
+    controller: &Controller<'_>,
     line: &mut ServedLine,
-    ends: impl Fn(Duration) -> bool,
-    mut skipped: impl FnMut(Duration),
+    ends: &dyn Fn(Duration) -> bool,
+    skipped: &mut dyn FnMut(Duration),
 ) -> Result<(), ServeError> {
     let mut pace = Pacer::new(Instant::now());
     let (mut from_stand, mut from_client) = (Vec::new(), Vec::new());

@@ -32,7 +32,7 @@ pub enum SelfMeasurementError {
 /// The stand is invalid, or its firmware rejects the measurement.
 pub fn measure(stand: &Stand, seed: u64, progress: impl Fn(f64)) -> Result<Learnt, SelfMeasurementError> {
     let plant = Plant::new(stand, START_ANGLE_RAD)?;
-    let calibrated = session::calibrate(stand.setup(), plant, seed, |watch| progress(watch.percent().into()))?;
+    let calibrated = session::calibrate(stand.setup(), Box::new(plant), seed, &|watch| progress(watch.percent().into()))?;
     let found = calibrated.outcome?;
     let mut not_compensated = Vec::new();
     if found.compensation.harmonics.is_empty() {

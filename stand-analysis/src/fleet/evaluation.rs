@@ -57,7 +57,7 @@ pub struct FleetEvaluation {
     pub batch_effects: Vec<BatchEffect>,
     /// Parameters over the stands.
     pub spreads: Vec<ParameterSpread>,
-    /// Logs without an explanation, or whose search the time limit ended: path, verdict, reason.
+    /// Logs without an explanation, or whose search a limit ended: path, verdict, reason.
     pub failed: Vec<(String, String, String)>,
 }
 
@@ -206,7 +206,7 @@ fn stand_means(rows: &[&Row], variations: &BTreeMap<String, Variation>) -> BTree
 fn failed(rows: &[Row]) -> Vec<(String, String, String)> {
     let reason = |row: &Row| match &row.error {
         Some(error) => Some(error.clone()),
-        None if row.verdict == NOT_FINISHED => Some("the time limit ended the search".to_owned()),
+        None if row.verdict == NOT_FINISHED => Some("a limit ended the search".to_owned()),
         None => None,
     };
     rows.iter().filter_map(|row| Some((row.path.clone(), row.verdict.clone(), reason(row)?))).collect()

@@ -9,7 +9,7 @@ use crate::digits;
 const INTRODUCTION: &str = "\
 # Physical effects
 
-This page is generated from the cards in `drive-model/src/effects/` (`STAND_DOCS=write cargo test -p stand-tests --test docs_are_true` writes it; the
+This page is generated from the cards in `drive-model/src/effects/` (`STAND_DOCS=write cargo test -p stand-tests --test project docs_are_true` writes it; the
 test fails if the page and the cards differ). `stand effects ID` prints one effect, `stand effects ID --html FILE` plots it.
 
 The model without effects is a rigid rotor J ω' = K i with a quasi-static armature i = (u − K ω)/R. Positive torque, voltage and current turn towards

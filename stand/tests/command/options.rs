@@ -823,9 +823,11 @@ fn every_option_changes_an_output() {
             scope.spawn(|| {
                 while let Some((name, shows)) = checks.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let folder: TempDir = folder();
+                    let begun = std::time::Instant::now();
                     if catch_unwind(AssertUnwindSafe(|| shows(folder.path()))).is_err() {
                         failed.lock().unwrap().push(*name);
                     }
+                    println!("{:.1} s: {name}", begun.elapsed().as_secs_f64());
                 }
             });
         }

@@ -114,8 +114,8 @@ impl Course {
 
 /// Carries out the instructions on the simulated bench.
 struct BenchOperator<'h, 'c> {
-    controller: &'h Controller<'c, Plant>,
-    mount: Option<SimulatedOperator<'h, 'c, Plant>>,
+    controller: &'h Controller<'c>,
+    mount: Option<SimulatedOperator<'h, 'c>>,
 }
 
 impl Operator for BenchOperator<'_, '_> {

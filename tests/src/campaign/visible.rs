@@ -134,7 +134,7 @@ mod tests {
         let mut drawn = case.drawn.clone().expect("one of our own");
         let effect = drawn.stand.effects.get_mut("cogging").expect("the effect");
         let amplitude = effect.get_mut("cogging_N_m").expect("its amplitude");
-        *amplitude *= 1e-3;
+        *amplitude *= 1e-6;
         case.truth = Some(drawn.true_model());
         case.drawn = Some(drawn);
         let small = gain(&case);

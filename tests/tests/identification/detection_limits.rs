@@ -1,5 +1,5 @@
 //! The detection limits of an adequate model are true: an effect at its limit is found, one far below it is not.
-//! More logs: `cargo bench -p stand-tests --bench detection`.
+//! More logs: `cargo run -p stand-tests --bin campaign -- planted`.
 
 use identification::identify::explain::{Explanation, Verdict, explain};
 use stand_tests::dirt::Dirt;

@@ -133,7 +133,7 @@ fn near(result: &FitResult, name: &str, truth: f64) {
 }
 
 /// A log of a bridge that switches at 10 kHz and leaves the winding open in the off time; `friction_N_m` is the Coulomb torque.
-fn coasting(notes: &[(&str, &str)]) -> Log {
+fn coasting(rows: usize, notes: &[(&str, &str)]) -> Log {
     // Pulses in the middle of the period, as of a centred PWM: at its beginning, where the row is read, the ripple of the rate is zero.
     let on = |t_s: f64, u_V: f64| (((t_s + 0.5 * STEP_S) * 1e4).fract() - 0.5).abs() < 0.5 * u_V.abs() / SUPPLY_V;
     let current = |t_s: f64, u_V: f64, (omega, _): (f64, f64)| {
@@ -141,39 +141,39 @@ fn coasting(notes: &[(&str, &str)]) -> Log {
     };
     // Whole fifths of the period, two steps of the simulation: −0.6 … 0.6.
     let level = |draw: &mut Draw, _: f64| SUPPLY_V * (3.5 * (2.0 * draw.even() - 1.0)).round() / 5.0;
-    log(&MOTOR, (3000, 0.02), level, current, &[("u_V", &|_, u| u)], notes)
+    log(&MOTOR, (rows, 0.02), level, current, &[("u_V", &|_, u| u)], notes)
 }
 
 #[test]
 fn bridge_that_coasts_is_described_by_its_note() {
     // How the current was recorded is not stated: values at t fit better while the friction is missing, means over the row beside it.
     let notes = [("u_V", "coasting"), ("supply_nominal_V", "12"), ("omega_rad_s", "tachometer")];
-    let result = fitted(&coasting(&notes), &model("u_V", FRICTION, ""));
+    let result = fitted(&coasting(3000, &notes), &model("u_V", FRICTION, ""));
     near(&result, "inertia_kg_m2", MOTOR.inertia_kg_m2);
     near(&result, "motor_constant_N_m_A", MOTOR.motor_constant_N_m_A);
     near(&result, "resistance_ohm", MOTOR.resistance_ohm);
     near(&result, "coulomb_N_m", MOTOR.coulomb_N_m);
-    let e = explained(coasting(&notes), &model("u_V", FRICTION, ""));
+    let e = explained(coasting(3000, &notes), &model("u_V", FRICTION, ""));
     let ratios: Vec<_> = e.given.channels.iter().map(|c| (c.channel, c.rms / c.noise, c.rms, c.noise)).collect();
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::Adequate, &[][..]), "{ratios:?}");
-    let e = explained(coasting(&notes), &model("u_V", "\"viscous\"", ""));
+    let e = explained(coasting(3000, &notes), &model("u_V", "\"viscous\"", ""));
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["coulomb".to_owned()][..]));
 }
 
 #[test]
 fn bridge_that_coasts_without_its_note_is_not_adequate() {
-    let e = explained(coasting(&[("omega_rad_s", "tachometer")]), &model("u_V", FRICTION, ""));
+    let e = explained(coasting(1500, &[("omega_rad_s", "tachometer")]), &model("u_V", FRICTION, ""));
     assert!(matches!(e.verdict, Verdict::UnknownStructure | Verdict::PartlyExplained), "{:?} {:?}", e.verdict, e.missing);
     assert!(!e.remarks.iter().any(|r| matches!(r, Remark::MayCoast { .. })), "{:?}", e.remarks);
     // Where the supply is known, the bridge is asked for.
-    let e = explained(coasting(&[("omega_rad_s", "tachometer"), ("supply_nominal_V", "12")]), &model("u_V", FRICTION, ""));
+    let e = explained(coasting(1500, &[("omega_rad_s", "tachometer"), ("supply_nominal_V", "12")]), &model("u_V", FRICTION, ""));
     assert!(matches!(e.verdict, Verdict::UnknownStructure | Verdict::PartlyExplained), "{:?} {:?}", e.verdict, e.missing);
     assert!(e.remarks.iter().any(|r| matches!(r, Remark::MayCoast { decrease } if *decrease > 3.0)), "{:?}", e.remarks);
 }
 
 #[test]
 fn bridge_that_coasts_needs_a_supply() {
-    let error = evaluate(&coasting(&[("u_V", "coasting")]), &model("u_V", FRICTION, ""), ParameterTreatment::Fitted, Deadline::NEVER).err();
+    let error = evaluate(&coasting(3000, &[("u_V", "coasting")]), &model("u_V", FRICTION, ""), ParameterTreatment::Fitted, Deadline::NEVER).err();
     let text = error.as_ref().map(EvaluationError::to_string).unwrap_or_default();
     assert!(text.contains("bench.csv") && text.contains("supply_V"), "{text}");
 }

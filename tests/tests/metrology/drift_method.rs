@@ -186,7 +186,7 @@ fn azimuth_without_noise_is_within_three_arcseconds() {
     }
 }
 
-/// 200 random runs of each case, as in docs/theory.md; `cargo bench --bench drift_monte_carlo` runs a thousand.
+/// 200 random runs of each case, as in docs/theory.md; `cargo bench -p stand-tests --bench drift_monte_carlo` runs a thousand.
 #[test]
 fn errors_with_noise_match_the_table() {
     for (case, expected) in cases() {

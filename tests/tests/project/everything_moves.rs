@@ -1,6 +1,6 @@
 //! Every effect with each of its parameters, every number of a stand's file, and every profile with each of its parameters changes an output.
 //!
-//! `hal-sim/tests/settings.rs` tests settings on a linear motor. Here the numbers of the stand's file are enumerated, so that new ones are tested
+//! `hal-sim/tests/firmware/settings.rs` tests settings on a linear motor. Here the numbers of the stand's file are enumerated, so that new ones are tested
 //! too. `stand/tests/command/options.rs` tests the options of the command.
 #![allow(clippy::unwrap_used)]
 
@@ -149,9 +149,9 @@ fn numbers(table: &Table, path: &[String]) -> Vec<Vec<String>> {
         match value {
             // compensation.rs tests these with a learned compensation.
             Value::Table(_) if key == "compensation" => {}
-            // A safety threshold has no effect without a fault: hal-sim/tests/safety.rs.
+            // A safety threshold has no effect without a fault: hal-sim/tests/firmware/safety.rs.
             Value::Table(_) if key == "safety" => {}
-            // Approach to an angle: hal-sim/tests/safety.rs.
+            // Approach to an angle: hal-sim/tests/firmware/safety.rs.
             _ if key == "approach_rad_s" => {}
             // States the board's filter for the notes of `stand record`; a session uses the sensor's.
             _ if key == "rate_cutoff_Hz" => {}
@@ -202,7 +202,7 @@ fn cycle(file: &Table) -> String {
     })
 }
 
-/// The roll is used only by an observer under vibration: hal-sim/tests/observer.rs.
+/// The roll is used only by an observer under vibration: hal-sim/tests/firmware/observer.rs.
 const TESTED_ELSEWHERE: [&str; 1] = ["hardware.roll_rad_per_code"];
 
 #[test]

@@ -7,3 +7,4 @@ mod everything_moves;
 mod foreign_programs;
 mod fuzz;
 mod hardware_page;
+mod one_build;

@@ -109,7 +109,7 @@ fn calibration_without_a_model_finds_orders_that_fall_8_times() {
         let stand = stand(harmonics);
         // From an angle where the index may pass late.
         let plant = Plant::new(&stand, 2.0 * seed as f64).unwrap();
-        let calibrated = calibrate(stand.setup(), plant, seed, |_| ()).unwrap();
+        let calibrated = calibrate(stand.setup(), Box::new(plant), seed, &|_| ()).unwrap();
         let found = calibrated.outcome.unwrap();
         println!("threshold {:.2e} N m; {:?}", found.threshold_N_m, found.compensation);
         let mut orders: Vec<u16> = found.compensation.harmonics.as_slice().iter().map(|h| h.order).collect();
@@ -128,7 +128,7 @@ fn calibration_without_a_model_finds_orders_that_fall_8_times() {
 fn calibration_without_cogging_finds_no_order() {
     for seed in 1..=5 {
         let stand = Stand::default();
-        let calibrated = calibrate(stand.setup(), Plant::new(&stand, 1.0).unwrap(), seed, |_| ()).unwrap();
+        let calibrated = calibrate(stand.setup(), Box::new(Plant::new(&stand, 1.0).unwrap()), seed, &|_| ()).unwrap();
         let found = calibrated.outcome.unwrap();
         assert!(found.compensation.harmonics.is_empty(), "{:?}", found.harmonics);
         assert!(found.threshold_N_m < 3e-5, "the detection threshold is a thirtieth of the usual cogging: {}", found.threshold_N_m);
@@ -142,7 +142,7 @@ fn aborted_calibration_keeps_the_compensation_and_progress_only_rises() {
     let old = Config::new(&stand.firmware, &stand.hardware).unwrap().compensation();
     for percent in [0.1, 30.0, 99.0] {
         let seen = std::cell::Cell::new(0.0_f32);
-        let calibrated = calibrate(stand.setup(), Plant::new(&stand, 1.0).unwrap(), 1, |watch| {
+        let calibrated = calibrate(stand.setup(), Box::new(Plant::new(&stand, 1.0).unwrap()), 1, &|watch| {
             assert!(watch.percent() >= seen.get() && watch.percent() <= 100.0);
             seen.set(watch.percent());
             if watch.percent() >= percent {

@@ -1,4 +1,4 @@
-//! The law of the tick on recorded inputs, to compare the chip's arithmetic with the host's bit for bit (chip-sim/tests/replay.rs).
+//! The law of the tick on recorded inputs, to compare the chip's arithmetic with the host's bit for bit (chip-sim/tests/chip/replay.rs).
 //!
 //! The host writes a batch of inputs into `REPLAY_INPUT` and sets `REPLAY_GO`; this program computes the ticks, writes their outputs into
 //! `REPLAY_OUTPUT` and clears `REPLAY_GO`. It is run on the emulated chip only.

@@ -1,4 +1,4 @@
-//! Inputs and outputs of the replayed ticks as words; the program and its host (chip-sim/tests/replay.rs) compile this file.
+//! Inputs and outputs of the replayed ticks as words; the program and its host (chip-sim/tests/chip/replay.rs) compile this file.
 
 use stand_firmware::board::{CONTROL_PER_ROW, CurrentCode, Drive, EncoderCount, Hardware, Sensed, SupplyCode};
 use stand_firmware::compensation::{Compensation, Harmonic};

@@ -93,13 +93,13 @@ pub enum StateError {
     #[error("this is no state of a search: {0}")]
     NoState(String),
     /// Another version of the program has written it.
-    #[error("the state has version {0}; this program continues from version {VERSION}: explain the log again from the begin")]
+    #[error("the state has version {0}; this program continues from version {VERSION}: explain the log again from the beginning")]
     Version(u32),
     /// It is the state of another model.
-    #[error("the state is that of another model: continue with the model that was given then, or explain the log again from the begin")]
+    #[error("the state is that of another model: continue with the model that was given then, or explain the log again from the beginning")]
     OtherModel,
     /// It is the state of other logs.
-    #[error("the state is that of other logs: continue with the logs that were given then, or explain these from the begin")]
+    #[error("the state is that of other logs: continue with the logs that were given then, or explain these from the beginning")]
     OtherLogs,
     /// A model in it cannot be read.
     #[error("a model in the state cannot be read: {0}")]

@@ -1,4 +1,4 @@
-//! One check for each word of `stand drift`, compared with `--help` by tests/options.rs.
+//! One check for each word of `stand drift`, compared with `--help` by options.rs.
 
 use super::common::{stand, with_plots};
 use serde_json::Value;
@@ -75,7 +75,7 @@ fn page(folder: &Path, words: &[&str]) {
     assert!(std::fs::read_to_string(folder.join("page.html")).unwrap().contains("<svg"));
 }
 
-/// As in tests/options.rs.
+/// As in options.rs.
 pub const WORDS: &[(&str, super::Check)] = &[
     ("drift --help", |_| ()),
     ("drift run --help", |_| ()),
