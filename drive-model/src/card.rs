@@ -2,7 +2,8 @@
 
 use crate::coordinate::Coordinate;
 use crate::experiment::{Demonstration, StandRun};
-use crate::law::{Law, LawSource, Scalar};
+use crate::law::{Law, LawSource};
+use crate::scalar::Scalar;
 use crate::screening::{Elastic, Requirement, Screening};
 
 /// One effect of the catalogue, as data.

@@ -1,20 +1,12 @@
 //! The law of an effect, generic over the scalar.
 
-use crate::portable::Portable;
-use num_dual::{DualNum, DualSVec64};
+use crate::scalar::{Dual, Scalar};
 
 /// Columns of the log that the expressions of a model may use at most.
 pub const MAX_COLUMNS: usize = 4;
 
 /// Reference temperature of all temperature laws, °C.
 pub const T0_C: f64 = 25.0;
-
-/// A scalar of the model: `f64`, or a dual number over it that carries derivatives. Laws take sine and exponential from [`Portable`].
-pub trait Scalar: DualNum<Primitive = f64> + Portable + Copy + Send + Sync {}
-impl<T: DualNum<Primitive = f64> + Portable + Copy + Send + Sync> Scalar for T {}
-
-/// A dual number with `N` derivatives.
-pub type Dual<const N: usize> = DualSVec64<N>;
 
 /// The physics of one effect. `p` are its parameters in the order of its card.
 ///

@@ -19,12 +19,14 @@ pub mod effects;
 mod experiment;
 mod law;
 mod portable;
+mod scalar;
 mod screening;
 
 pub use card::{Card, Compensation, Description, Domain, Parameter, ParameterKind, Rival};
 pub use catalogue::{ExtendError, card, cards, extend, law};
 pub use coordinate::Coordinate;
 pub use experiment::{Abscissa, Demonstration, Motion, Output, StandRun};
-pub use law::{Contributions, Dual, Law, LawScalar, LawSource, MAX_COLUMNS, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};
+pub use law::{Contributions, Law, LawScalar, LawSource, MAX_COLUMNS, Point, Reading, Shaft, Structure, T0_C, Thermal};
 pub use portable::Portable;
+pub use scalar::{Dual, Scalar};
 pub use screening::{Elastic, HarmonicSource, PeriodOf, Requirement, Screening};

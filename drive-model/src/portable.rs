@@ -3,7 +3,7 @@
 //! The standard library calls the C library of the system, whose results differ between systems and versions in the last digit. `libm` is
 //! compiled from Rust source and uses only basic operations, which IEEE 754 defines exactly. A law that the simulated plant evaluates uses these functions.
 
-use num_dual::DualSVec64 as Dual;
+use crate::scalar::{Dual, Scalar};
 
 /// Transcendental functions by `libm`; those of dual numbers have the derivatives by the chain rule.
 pub trait Portable: Sized {
@@ -36,37 +36,30 @@ impl<const N: usize> Portable for Dual<N> {
     #[inline]
     fn portable_sin_cos(self) -> (Self, Self) {
         let (sin, cos) = libm::sincos(self.re);
-        (chain(sin, cos, &self), chain(cos, -sin, &self))
+        (self.chain(sin, cos), self.chain(cos, -sin))
     }
     #[inline]
     fn portable_exp(self) -> Self {
         let exp = libm::exp(self.re);
-        chain(exp, exp, &self)
+        self.chain(exp, exp)
     }
-}
-
-/// f(x) with the value and the slope of f at x.
-#[inline]
-fn chain<const N: usize>(value: f64, slope: f64, x: &Dual<N>) -> Dual<N> {
-    Dual::new(value, x.eps * slope)
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use num_dual::DualNum;
 
     #[test]
     fn values_and_derivatives_are_those_of_the_standard_functions() {
         for k in -40..=40 {
-            let x: Dual<8> = Dual::from(0.37 * f64::from(k)).derivative(2) * 1.5;
+            let x: Dual<8> = Dual::unknown(0.37 * f64::from(k), 2) * 1.5;
             let (sin, cos) = x.portable_sin_cos();
             let pairs = [(sin, x.sin()), (x.portable_sin(), x.sin()), (cos, x.cos()), (x.portable_exp(), x.exp())];
             for (found, expected) in pairs {
                 let close = |a: f64, b: f64| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs().max(1e-3);
                 assert!(close(found.re, expected.re), "{k}: {found} {expected}");
-                let derivative = |d: Dual<8>| d.eps.0.unwrap()[2];
+                let derivative = |d: Dual<8>| d.slopes[2];
                 assert!(close(derivative(found), derivative(expected)), "{k}: {found} {expected}");
             }
             assert_eq!(x.re.portable_sin(), sin.re);

@@ -4,7 +4,6 @@
 use crate::link::{BAUD, LineLosses, LinkError, Received, Receiver, SerialLink, drives, sign, with_checksum};
 use chip_sim::machine::{Halt, Machine};
 use chip_sim::time::of_seconds;
-use hal_sim::board::PlantPort;
 use hal_sim::controller::Controller;
 use identification::deadline::Deadline;
 use stand_firmware::board::{Clock, TICKS_PER_S};

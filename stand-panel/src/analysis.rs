@@ -219,7 +219,9 @@ pub fn explain(panel: &Arc<Panel>, log_name: &str, model_name: &str, job: &Job) 
         return Err(JobError::Cancelled);
     }
     if explanation.verdict == Verdict::NotFinished {
-        return Err("the limit of effort has ended the search; `stand explain --effort` on the command line goes further".to_owned().into());
+        return Err("the limit of effort has ended the search; `stand explain --effort` on the command line goes further"
+            .to_owned()
+            .into());
     }
     let answer = panel.session.free_name("explain", "json");
     let mut json = stand_report::explain_json(&explanation);

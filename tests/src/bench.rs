@@ -181,13 +181,11 @@ impl Host<'_, '_> {
 
     /// True rate of the platform, rad/s.
     pub fn true_rate_rad_s(&self) -> f64 {
-        use hal_sim::board::PlantPort;
         self.controller.bench().borrow().plant().true_rate_rad_s()
     }
 
     /// True angle of the platform, rad.
     pub fn true_angle_rad(&self) -> f64 {
-        use hal_sim::board::PlantPort;
         self.controller.bench().borrow().plant().true_theta_rad()
     }
 

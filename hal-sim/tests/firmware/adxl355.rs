@@ -26,7 +26,7 @@ fn adxl355() -> ImuSetup {
 fn on_the_bus<F: Future<Output = ()>>(setup: ImuSetup, story: impl FnOnce(hal_sim::board::SensorBus<'static>, SimClock<'static>) -> F) {
     // The bus borrows bench and clock: they live until the end of the test program.
     let clock: &'static VirtualClock = Box::leak(Box::default());
-    let bench = Bench::new(&Hardware::default(), &SensorSetup::default(), 1, STILL).with_imu(setup, 1);
+    let bench = Bench::new(&Hardware::default(), &SensorSetup::default(), 1, Box::new(STILL)).with_imu(setup, 1);
     let bench: &'static RefCell<_> = Box::leak(Box::new(RefCell::new(bench)));
     let line = SimBoard::new(bench, clock).sensor_bus().unwrap();
     clock::run(clock, story(line, SimClock(clock)), |to| bench.borrow_mut().advance(to, |io| _ = io.sense())).unwrap();

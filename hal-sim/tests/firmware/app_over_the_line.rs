@@ -68,7 +68,7 @@ impl Host<'_, '_> {
 fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> T {
     let defaults = Kept::default();
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&defaults.hardware, &SensorSetup::default(), 1, LinearMotor::default()));
+    let bench = RefCell::new(Bench::new(&defaults.hardware, &SensorSetup::default(), 1, Box::new(LinearMotor::default())));
     let line = SerialLine::new(&clock, baud, 1);
     let stop_line = StopLine::new();
     let mut guard = Guard::new(&stop_line);

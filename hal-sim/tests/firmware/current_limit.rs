@@ -15,7 +15,7 @@ fn reversal(stand: &Stand, supply_V: f64) -> (f64, f64, Fault) {
     let mut interrupt = Interrupt::new(SpeedLoop::new(Config::new(&stand.firmware, &stand.hardware).unwrap()), &mailboxes);
     let mut plant = Plant::new(stand, 0.0).unwrap();
     plant.set_supply(Some(supply_V));
-    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, plant);
+    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Box::new(plant));
     let (mut greatest_A, mut sum_A, mut count) = (0.0_f64, 0.0, 0);
     for tick in 0..2600_u64 {
         let volts = if tick < 1600 { 6.0 } else { -6.0 };

@@ -15,7 +15,7 @@ fn sensed(what: FaultKind) -> (Vec<Sensed>, Vec<EncoderCount>) {
     let mut plant = Plant::new(&stand, -0.5).unwrap();
     plant.spin(10.0);
     let faults = Faults::of([Fault::new(what, 0.1, 0.1)]).unwrap();
-    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, plant).with_faults(faults);
+    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Box::new(plant)).with_faults(faults);
     let (mut all, mut captures) = (Vec::new(), Vec::new());
     // 0.24 V for 10 rad/s, and 0.09 V for 0.9 mN m of Coulomb friction.
     let duty = (0.35 / stand.hardware.volt_per_duty()) as i16;
@@ -57,7 +57,7 @@ fn without_its_wire_the_index_is_not_captured_and_the_current_reads_zero_codes()
     let stand = Stand::default();
     let mut plant = Plant::new(&stand, -0.5).unwrap();
     plant.spin(10.0);
-    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, plant).with_faults(off);
+    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Box::new(plant)).with_faults(off);
     let mut ticks = 0;
     bench.advance(Ticks::of_control(2000), |io| {
         assert_eq!(io.index(), None);

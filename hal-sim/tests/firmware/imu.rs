@@ -162,7 +162,7 @@ fn an_occasional_flipped_bit_is_refused_and_sampling_continues() {
 fn a_fifo_overrun_reports_the_lost_samples() {
     use embedded_hal_async::spi::{Operation, SpiDevice};
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, STILL).with_imu(ImuSetup::ideal(), 1));
+    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, Box::new(STILL)).with_imu(ImuSetup::ideal(), 1));
     let mut board = SimBoard::new(&bench, &clock);
     let mut line = board.sensor_bus().unwrap();
     let story = async {
@@ -240,7 +240,7 @@ impl Sensor for TrueMotion<'_> {
 fn a_second_sensor_implements_the_trait() {
     let clock = VirtualClock::default();
     let plant = Turning { t_s: 0.0, from_rad_s: 3.0, acceleration_rad_s2: 0.0 };
-    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, plant));
+    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, Box::new(plant)));
     let shared = Shared::default();
     let mut runner = Runner::new(TrueMotion { bench: &bench, last: 0 }, SimClock(&clock), &shared);
     let until = SimClock(&clock);

@@ -90,7 +90,7 @@ impl RowSink for Kept<'_> {
 fn rows(tick: Tick, reports_false: bool) -> (Vec<Row>, Instruments) {
     let hardware = Hardware::default();
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&hardware, &SensorSetup::default(), 1, Turntable { t_s: 0.0 }));
+    let bench = RefCell::new(Bench::new(&hardware, &SensorSetup::default(), 1, Box::new(Turntable { t_s: 0.0 })));
     let (mailboxes, false_reports) = (Mailboxes::new(), Mailbox::new());
     let config = Config::new(&Settings::default(), &hardware).unwrap();
     let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes);

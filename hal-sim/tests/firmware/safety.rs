@@ -50,7 +50,8 @@ fn play(
     let mailboxes = Mailboxes::new();
     let config = Config::new(&stand.firmware, &stand.hardware).unwrap();
     let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes).recording(memory.recorder(1_500));
-    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Plant::new(stand, begin_rad).unwrap()).with_faults(stand.faults);
+    let mut bench =
+        Bench::new(&stand.hardware, &stand.sensors, 1, Box::new(Plant::new(stand, begin_rad).unwrap())).with_faults(stand.faults);
     let mut run = Run { faults: Vec::new(), duties: Vec::new(), last: Report::default(), theta_rad: Vec::new() };
     mailboxes.commands.post(Command { segment: setpoint(stand, 100), ..Command::default() });
     for ms in 0..(seconds * 1e3) as u64 {
@@ -273,7 +274,7 @@ fn the_bridge_is_off_5_ms_after_the_last_tick() {
     let stand = with_fault(FaultKind::LostTicks, 1.0, 0.05);
     let mailboxes = Mailboxes::new();
     let mut interrupt = Interrupt::new(SpeedLoop::new(Config::new(&stand.firmware, &stand.hardware).unwrap()), &mailboxes);
-    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Plant::new(&stand, 0.0).unwrap()).with_faults(stand.faults);
+    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Box::new(Plant::new(&stand, 0.0).unwrap())).with_faults(stand.faults);
     mailboxes.commands.post(Command { segment: Segment::voltage(&stand.hardware, 100, u16::MAX, 1.0), ..Command::default() });
     let mut voltages_V = Vec::new();
     for tick in 0..11_000 {

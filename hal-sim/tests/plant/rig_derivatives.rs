@@ -7,18 +7,15 @@ use crate::common;
 use common::{ROW_S, span};
 use drive_model::{Law, LawScalar};
 use drive_rig::{Base, Input, Rig, RowInput, Servo, State};
-use num_dual::{Derivative, DualSVec64};
 
-type Dual = DualSVec64<8>;
+type Dual = drive_model::Dual<8>;
 
 fn seeded(value: f64, lane: usize) -> Dual {
-    let mut eps = nalgebra::SVector::<f64, 8>::zeros();
-    eps[lane] = 1.0;
-    Dual::new(value, Derivative::some(eps))
+    Dual::unknown(value, lane)
 }
 
 fn slope(x: &Dual, lane: usize) -> f64 {
-    x.eps.0.map_or(0.0, |eps| eps[lane])
+    x.slopes[lane]
 }
 
 /// Base and initial states, then the effects' parameters.

@@ -5,7 +5,6 @@ use super::error::RunError;
 use super::run::{Operator, Progress, run_session};
 use super::{DutKind, Instruction, Mounting, Orientation, PreparedSession, Session};
 use crate::connection::{SimulatedConnection, StandConnection};
-use hal_sim::board::PlantPort;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
 use hal_sim::peripherals::imu as chip;

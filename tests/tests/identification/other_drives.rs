@@ -173,7 +173,8 @@ fn bridge_that_coasts_without_its_note_is_not_adequate() {
 
 #[test]
 fn bridge_that_coasts_needs_a_supply() {
-    let error = evaluate(&coasting(3000, &[("u_V", "coasting")]), &model("u_V", FRICTION, ""), ParameterTreatment::Fitted, Deadline::NEVER).err();
+    let error =
+        evaluate(&coasting(3000, &[("u_V", "coasting")]), &model("u_V", FRICTION, ""), ParameterTreatment::Fitted, Deadline::NEVER).err();
     let text = error.as_ref().map(EvaluationError::to_string).unwrap_or_default();
     assert!(text.contains("bench.csv") && text.contains("supply_V"), "{text}");
 }

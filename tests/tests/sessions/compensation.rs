@@ -161,13 +161,13 @@ fn calibration_is_refused_without_index_or_steady_rate() {
     // The drive cannot overcome this friction: the platform slips and no index comes.
     let mut blocked = Stand::default();
     blocked.effects.insert("coulomb".to_owned(), [("coulomb_N_m".to_owned(), 0.1)].into());
-    let refused = calibrate(blocked.setup(), Plant::new(&blocked, 1.0).unwrap(), 1, |_| ()).unwrap();
+    let refused = calibrate(blocked.setup(), Box::new(Plant::new(&blocked, 1.0).unwrap()), 1, &|_| ()).unwrap();
     assert_eq!(refused.outcome, Err(CalibrationError::Fault(Fault::Stall)), "the drive pushes without an edge");
     assert_eq!(refused.in_force, Config::new(&blocked.firmware, &blocked.hardware).unwrap().compensation());
     // The current limit is below the demand of friction while turning: cogging stops the platform.
     let mut weak = stand(&STANDS[2]);
     weak.firmware.current_limit_A = 0.1;
-    let refused = calibrate(weak.setup(), Plant::new(&weak, 1.0).unwrap(), 1, |_| ()).unwrap();
+    let refused = calibrate(weak.setup(), Box::new(Plant::new(&weak, 1.0).unwrap()), 1, &|_| ()).unwrap();
     assert!(
         matches!(
             refused.outcome,

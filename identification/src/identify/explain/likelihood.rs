@@ -156,7 +156,7 @@ impl Whitener {
             let states = (starts.kinds.as_slice(), starts.values[segment].as_slice());
             run(&rig, data, segment, states, parameters.free().len(), &mut |c, row, value: &Dual<MAX_UNKNOWNS>| {
                 if let Some(target) = data.target(c, row, rows.start) {
-                    let moved = value.eps.0.as_ref().map_or(0.0, |slopes| slopes.iter().zip(step).map(|(d, s)| d * s).sum());
+                    let moved: f64 = value.slopes.iter().zip(step).map(|(d, s)| d * s).sum();
                     residuals[c][row] = target - value.re - moved;
                 }
                 true
@@ -199,10 +199,7 @@ impl Whitener {
                 }
                 let Some(target) = data.target(c, row, rows.start).filter(|_| value.re.is_finite()) else { return true };
                 let residual = target - value.re;
-                let mut slopes = [0.0; N];
-                if let Some(eps) = value.eps.0.as_ref() {
-                    slopes.copy_from_slice(eps.as_slice());
-                }
+                let slopes = value.slopes;
                 let p = filter.coefficients.len();
                 let queue = &mut past[c];
                 if queue.len() >= p {

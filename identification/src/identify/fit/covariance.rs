@@ -129,10 +129,8 @@ where
         let mut sums = vec![SVector::<f64, N>::zeros(); rows.len().div_ceil(block_rows)];
         let states = (initial_states.kinds.as_slice(), initial_states.values[segment].as_slice());
         run(&rig, data, segment, states, free, &mut |channel, row, value: &Dual<N>| {
-            if let Some(target) = data.target(channel, row, rows.start).filter(|_| !data.held_out(row))
-                && let Some(slope) = value.eps.0
-            {
-                sums[(row - rows.start) / block_rows] += slope * (weights[channel] * (target - value.re));
+            if let Some(target) = data.target(channel, row, rows.start).filter(|_| !data.held_out(row)) {
+                sums[(row - rows.start) / block_rows] += SVector::from(value.slopes) * (weights[channel] * (target - value.re));
             }
             true
         });
@@ -208,7 +206,7 @@ where
         run(&rig, data, segment, (&initial_states.kinds, &initial_states.values[segment]), free, &mut |channel, row, value: &Dual<N>| {
             let colour = colours[channel];
             let fitted = !data.held_out(row) && data.target(channel, row, rows.start).is_some();
-            let j = if fitted { value.eps.0.unwrap_or_else(SVector::zeros) } else { SVector::zeros() };
+            let j = if fitted { SVector::from(value.slopes) } else { SVector::zeros() };
             let w = weights[channel] * colour.inflation;
             if colour.differencing_rows == 0 {
                 if fitted {

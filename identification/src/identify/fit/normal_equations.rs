@@ -142,14 +142,13 @@ fn linearize_segment<const N: usize>(
             *square = f64::INFINITY;
             return false;
         }
-        let Some(eps) = value.eps.0.as_ref() else { return true };
-        let eps = eps.as_slice();
+        let slopes = &value.slopes;
         for i in 0..unknowns {
-            let e = eps[i];
+            let e = slopes[i];
             g[i] += e * r;
             // The lower triangle in groups of four columns, which the compiler vectorises.
             for j in 0..((i | 3) + 1).min(N) {
-                h[i][j] += e * eps[j];
+                h[i][j] += e * slopes[j];
             }
         }
         true

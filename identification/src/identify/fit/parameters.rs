@@ -5,8 +5,6 @@
 
 pub use drive_model::Dual;
 use drive_model::{Card, ParameterKind, Scalar};
-use nalgebra::SVector;
-use num_dual::Derivative;
 
 /// A scalar that carries the derivatives by the unknowns, by index.
 pub trait DerivativeScalar: Scalar {
@@ -39,13 +37,11 @@ impl<const N: usize> DerivativeScalar for Dual<N> {
         Dual::<N>::from(value).with(index, slope)
     }
     fn with(mut self, index: usize, slope: f64) -> Self {
-        let mut eps = self.eps.0.unwrap_or_else(SVector::zeros);
-        eps[index] += slope;
-        self.eps = Derivative::some(eps);
+        self.slopes[index] += slope;
         self
     }
     fn slope(&self, index: usize) -> f64 {
-        self.eps.0.map_or(0.0, |eps| eps[index])
+        self.slopes[index]
     }
 }
 
