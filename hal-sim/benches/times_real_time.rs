@@ -19,7 +19,7 @@ const SECONDS: f64 = 30.0;
 const RUNS: usize = 7;
 
 /// Best and median of simulated time over real time.
-fn times<P: PlantPort>(stand: StandSetup, plant: impl Fn() -> P, mode: Mode, kind: ProfileKind) -> (f64, f64) {
+fn times<P: PlantPort + 'static>(stand: StandSetup, plant: impl Fn() -> P, mode: Mode, kind: ProfileKind) -> (f64, f64) {
     let mut factors: Vec<f64> = (0..RUNS)
         .map(|_| {
             let begin = Instant::now();

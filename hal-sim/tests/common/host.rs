@@ -1,6 +1,5 @@
 //! A host program at the serial line of the simulated controller.
 
-use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::controller::Controller;
 use stand_firmware::board::{Clock, TICKS_PER_S};
 

@@ -1,7 +1,6 @@
 //! The whole controller behind its line, in virtual time: replies, stream, stop, bad line and power cut.
 #![allow(clippy::unwrap_used)]
 
-use hal_sim::board::PlantPort;
 use hal_sim::clock::{SimClock, VirtualClock};
 use hal_sim::controller::{Controller, flash};
 use hal_sim::faults::{Fault, FaultKind, Faults};

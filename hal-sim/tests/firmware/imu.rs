@@ -3,7 +3,7 @@
 
 use crate::common::sensor_bench;
 use embassy_futures::select::select;
-use hal_sim::board::{Bench, PlantPort, SimBoard};
+use hal_sim::board::{Bench, SimBoard};
 use hal_sim::clock::{self, SimClock, VirtualClock};
 use hal_sim::peripherals::SensorSetup;
 use hal_sim::peripherals::imu::{Fault, ImuSetup};
@@ -191,13 +191,13 @@ struct TrueMotion<'a> {
 }
 
 impl TrueMotion<'_> {
-    /// A sample; time in steps of 1 µs.
+    /// A sample; time in steps of 1 µs, from the angle at a constant rate.
     fn sample(&self) -> Sample {
         let bench = self.bench.borrow();
         let plant = bench.plant();
         let rate = plant.true_rate_rad_s();
         Sample {
-            stamp: (plant.t_s * 1e6).round() as u32,
+            stamp: (plant.true_theta_rad() / rate * 1e6).round() as u32,
             rate_rad_s: Some([0.0, 0.0, rate as f32]),
             accel_m_s2: [(-rate * rate * 0.05) as f32, 0.0, 9.8],
         }
