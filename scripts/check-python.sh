@@ -14,9 +14,9 @@ part "wheel"
 python3 -m venv "$work/build"
 "$work/build/bin/pip" install --quiet 'maturin>=1.9,<2'
 rm -f "$wheels"/rotary_stand-*.whl
-profile="${WHEEL_PROFILE:-wheel}"
+profile="${WHEEL_PROFILE:-dist}"
 (
-    if [ "$profile" = wheel ]; then
+    if [ "$profile" = dist ]; then
         # `.cargo/config.toml` compiles for this machine; a wheel is for all. The folder is its own, so that the builds do not replace each other.
         export RUSTFLAGS=-Ctarget-cpu=x86-64 CARGO_TARGET_DIR="$target/baseline"
     fi
@@ -45,7 +45,7 @@ python3 -m venv "$work/installed"
 "$work/installed/bin/pip" install --quiet "$wheel[all,fleet]" duckdb pytest mypy nbclient nbformat ipykernel
 cp -r python/tests python/pyproject.toml "$work"
 echo 'rotary_stand._native.__all__' >"$work/allowed.txt" # pyo3 makes it, private names included
-[ "$profile" != wheel ] || export ROTARY_STAND_WHEEL=1 # its instructions are checked
+[ "$profile" != dist ] || export ROTARY_STAND_WHEEL=1 # its instructions are checked
 (cd "$work" && "$work/installed/bin/python" -m pytest -q tests)
 
 part "types"

@@ -13,7 +13,7 @@ trap 'rm -rf "$work"' EXIT
 folder="$work/$name"
 mkdir -p "$folder" "$out"
 
-cargo build --profile dist -p stand
+RUSTFLAGS="-Ctarget-cpu=x86-64" cargo build --profile dist -p stand
 cp "$target/dist/stand" "$folder/stand"
 "$folder/stand" man --out "$folder/man" >/dev/null
 mkdir "$folder/completions"

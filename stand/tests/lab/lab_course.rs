@@ -225,11 +225,11 @@ fn huge_and_tiny_uncertainty_and_copied_logs_fail_each_measurement() {
         let wide = graded(&work, &key);
         assert!(!wide.criteria_met && wide.quantities.iter().all(|q| q.mark == Mark::UncertaintyTooLarge), "{}: {wide:?}", lab.id);
 
-        let (tiny_folder, _) = started(lab.id, "cheat", 1);
+        let (tiny_folder, tiny_key) = started(lab.id, "cheat", 2);
         let tiny_work = tiny_folder.path().join("work");
         measure(&tiny_work, lab.id, 1e-6);
         assert!(check(&tiny_work).unwrap().complete);
-        let tiny = graded(&tiny_work, &key);
+        let tiny = graded(&tiny_work, &tiny_key);
         assert!(!tiny.criteria_met && tiny.quantities.iter().all(|q| q.mark == Mark::UncertaintyTooSmall), "{}: {tiny:?}", lab.id);
 
         let (honest, _) = started(lab.id, "honest", 1);
