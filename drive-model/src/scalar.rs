@@ -215,6 +215,7 @@ impl<const N: usize> Sub for Dual<N> {
     }
 }
 
+#[allow(clippy::suspicious_arithmetic_impl, reason = "the rule of the product")]
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
     #[inline]
@@ -224,6 +225,7 @@ impl<const N: usize> Mul for Dual<N> {
     }
 }
 
+#[allow(clippy::suspicious_arithmetic_impl, reason = "the rule of the quotient")]
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
     #[inline]

@@ -240,7 +240,7 @@ impl Drawn {
     #[must_use]
     pub fn without_noise(&self) -> Drawn {
         let sensors = &self.stand.sensors;
-        let quiet = SensorSetup { current_noise_A: 0.0, rate_noise_rad_s: 0.0, supply_noise_V: 0.0, temp_noise_K: 0.0, ..sensors.clone() };
+        let quiet = SensorSetup { current_noise_A: 0.0, rate_noise_rad_s: 0.0, supply_noise_V: 0.0, temp_noise_K: 0.0, ..*sensors };
         Drawn { stand: Stand { sensors: quiet, ..self.stand.clone() }, ..self.clone() }
     }
 

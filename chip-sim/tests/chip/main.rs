@@ -1,4 +1,5 @@
 //! The flashed image on the emulated chip.
+#![allow(clippy::unwrap_used)]
 
 mod boots;
 mod budget;

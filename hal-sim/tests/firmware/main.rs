@@ -1,4 +1,5 @@
 //! The firmware on the simulated board, in virtual time.
+#![allow(clippy::unwrap_used)]
 
 mod adxl355;
 mod app_over_the_line;

@@ -1,4 +1,5 @@
 //! The plant: its effects and accuracy, and the rig of the fits beside it.
+#![allow(clippy::unwrap_used)]
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,5 @@
 //! Analyses by the library: input in, data and reports out.
+#![allow(clippy::unwrap_used)]
 
 mod allan;
 mod allan_disturbed;

@@ -1,4 +1,5 @@
 //! The command `stand`: arguments and files in, output, files and exit status out.
+#![allow(clippy::unwrap_used)]
 
 mod allan_command;
 mod answers;

@@ -1,4 +1,5 @@
 //! The laboratory course.
+#![allow(clippy::unwrap_used)]
 
 mod lab_course;
 #[path = "../lab_students/mod.rs"]

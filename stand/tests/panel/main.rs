@@ -1,4 +1,5 @@
 //! The server of `stand panel`.
+#![allow(clippy::unwrap_used)]
 
 #[path = "../common/mod.rs"]
 mod common;

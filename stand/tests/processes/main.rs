@@ -1,6 +1,7 @@
 //! What must be real: signals, killed programs, ports, sockets and clients of others.
 //!
 //! Their limits of time hold with a load of four on a busy machine. Everything else runs in virtual time.
+#![allow(clippy::unwrap_used)]
 #![cfg(unix)]
 
 mod calibrate_faults;

@@ -1,4 +1,5 @@
 //! An effect is added by one file and one line: `cubic_drag.rs` and the call of `extend`. Plant, model, fit and explain then use it.
+#![allow(clippy::unwrap_used)]
 
 mod cubic_drag;
 

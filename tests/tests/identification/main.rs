@@ -1,4 +1,5 @@
 //! Logs of simulated and real drives: fit, residual and `explain`.
+#![allow(clippy::unwrap_used)]
 
 mod closed_loop;
 mod detection_limits;

@@ -1,4 +1,5 @@
 //! Calibration, drift and noise: quantities with their uncertainties against the truth.
+#![allow(clippy::unwrap_used)]
 
 mod allan_mixture;
 mod calibration_accel;

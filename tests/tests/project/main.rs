@@ -1,4 +1,5 @@
 //! The project itself: layers, documentation, files of others, random input.
+#![allow(clippy::unwrap_used)]
 
 mod architecture;
 mod build_identity;

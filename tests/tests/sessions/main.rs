@@ -1,4 +1,5 @@
 //! Whole sessions of firmware and tools on the simulated stand.
+#![allow(clippy::unwrap_used)]
 
 mod at_the_console;
 mod compensation;

@@ -134,13 +134,13 @@ fn follow<S: DerivativeScalar>(
             Some(now) => (rig.current_now(&state, &span) - now) / span.dt_s,
             None => S::zero(),
         };
-        for c in 0..chains.len() {
+        for (c, chain) in chains.iter_mut().enumerate() {
             if of_motion(c) {
-                chains[c].correct(before.0, before.1, &reading);
+                chain.correct(before.0, before.1, &reading);
                 continue;
             }
             let read = Row { input: &span, omega: before.0, theta: before.1, reading: &reading, current_slope_A_s };
-            let Some(value) = chains[c].push(&read) else { continue };
+            let Some(value) = chain.push(&read) else { continue };
             if !visit(c, row, &value) {
                 return;
             }
