@@ -55,4 +55,7 @@ part "types"
 part "notebooks"
 "$work/installed/bin/python" python/notebooks.py --check
 
+part "example"
+"$work/installed/bin/python" examples/missing-effect/missing_effect.py | diff - <(sed -n '/^without the effect/,/^```/p' examples/missing-effect/README.md | sed '$d')
+
 part "the Python package is in order"

@@ -196,7 +196,7 @@ impl<L: VirtualLine> SimulatedConnection<L> {
         self.signed_s += seconds;
         let mut bytes = Vec::new();
         self.stand.pass(seconds, &mut bytes).await?;
-        self.receiver.take(&bytes, &mut self.received);
+        self.receiver.take(&bytes, &mut self.received).map_err(|other| other.at(L::NAME.to_owned()))?;
         Ok(())
     }
 

@@ -275,8 +275,9 @@ impl Owner {
         self.begin(now)?;
         let mut buffer = [0; 4096];
         let count = self.port.read(&mut buffer, READ_WAIT)?;
-        self.receiver.take(&buffer[..count], &mut self.received);
+        let is_readable = self.receiver.take(&buffer[..count], &mut self.received);
         self.take_received()?;
+        is_readable.map_err(|other| other.at(self.port.path().display().to_string()))?;
         self.end_overdue(Instant::now());
         if self.passed_on_at.elapsed() >= BLOCK_INTERVAL {
             self.passed_on_at = Instant::now();

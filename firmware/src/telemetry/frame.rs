@@ -6,7 +6,7 @@
 
 use super::codec;
 use super::crc32;
-use super::message::Body;
+use super::message::{Body, PROTOCOL};
 use super::stuffing::{stuff, unstuff};
 use heapless::Vec;
 use serde::Deserialize;
@@ -67,6 +67,8 @@ pub fn encode<'o>(body: &Body<'_>, seq: u16, out: &'o mut [u8; MAX_FRAME]) -> Op
 pub enum Piece<'a> {
     /// A frame.
     Frame(Frame<'a>),
+    /// The start of a stream of this version of the protocol, not [`PROTOCOL`]: the rest of it and the frames behind it may have another layout.
+    OtherProtocol(u8),
     /// COBS, length, CRC or message is wrong.
     Damaged,
 }
@@ -106,16 +108,16 @@ impl Deframer {
         if self.piece.is_empty() {
             return None;
         }
-        let frame = if self.is_too_long { None } else { decode(&mut self.piece) };
-        if frame.is_none() {
+        let piece = if self.is_too_long { None } else { decode(&mut self.piece) };
+        if piece.is_none() {
             self.damaged += 1;
         }
-        Some(frame.map_or(Piece::Damaged, Piece::Frame))
+        Some(piece.unwrap_or(Piece::Damaged))
     }
 }
 
-/// The frame in a piece, decoded in place.
-fn decode(piece: &mut [u8]) -> Option<Frame<'_>> {
+/// The contents of a piece, decoded in place; `None` if it is damaged.
+fn decode(piece: &mut [u8]) -> Option<Piece<'_>> {
     let length = unstuff(piece)?;
     // `split_last_chunk` would do, but for a panic within it as far as the compiler can see.
     let (kept, crc) = piece.get(..length)?.split_at_checked(length.checked_sub(TAIL)?)?;
@@ -124,13 +126,14 @@ fn decode(piece: &mut [u8]) -> Option<Frame<'_>> {
     }
     let ([kind, low, high], body) = kept.split_first_chunk::<HEAD>()?;
     let body = match *kind {
+        HELLO if body.first().is_some_and(|version| *version != PROTOCOL) => return body.first().copied().map(Piece::OtherProtocol),
         HELLO => Body::Hello(whole(body)?),
         ROW => Body::Row(whole(body)?),
         TEXT => Body::Text(whole(body)?),
         BEAT => Body::Beat(whole(body)?),
         _ => return None,
     };
-    Some(Frame { seq: u16::from_le_bytes([*low, *high]), body })
+    Some(Piece::Frame(Frame { seq: u16::from_le_bytes([*low, *high]), body }))
 }
 
 /// A value that takes all of `bytes`.

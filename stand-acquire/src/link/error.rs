@@ -1,5 +1,7 @@
 //! Errors of the serial line.
 
+use stand_firmware::telemetry::message::PROTOCOL;
+
 /// Why a link could not be opened, or broke.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages describe the variants")]
@@ -18,6 +20,10 @@ pub enum LinkError {
     Garbled { port: String, baud: u32 },
     #[error("{port}: the connected device is not a stand; it replied `{reply}`")]
     NotAStand { port: String, reply: String },
+    #[error(
+        "{port}: the stand streams in version {stand} of the protocol, this program reads version {PROTOCOL}; use the program and the firmware of one release"
+    )]
+    OtherProtocol { port: String, stand: u8 },
     #[error("{port}: the port was unplugged or closed")]
     Unplugged { port: String },
     #[error("{port}: {source}")]

@@ -13,7 +13,7 @@ mod receive;
 
 pub use error::LinkError;
 pub use port::{BAUD, IN_USE, Port, ports};
-pub use receive::{LineLosses, Received, Receiver, StreamHeader};
+pub use receive::{LineLosses, OtherProtocol, Received, Receiver, StreamHeader};
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -360,8 +360,7 @@ impl SerialLink {
         self.keep_alive()?;
         let mut buffer = [0; 4096];
         let count = self.port.read(&mut buffer, wait.min(ALIVE_INTERVAL / 4))?;
-        self.receiver.take(&buffer[..count], &mut self.received);
-        Ok(())
+        self.receiver.take(&buffer[..count], &mut self.received).map_err(|other| other.at(self.name()))
     }
 
     /// Discards data until the line is quiet, or during a stream for five quiet times.

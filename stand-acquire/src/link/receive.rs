@@ -7,6 +7,7 @@
 
 use std::collections::VecDeque;
 
+use super::error::LinkError;
 use stand_firmware::telemetry::frame::Piece;
 use stand_firmware::telemetry::{Beat, Body, Deframer, Frame, Hello, RowFrame};
 
@@ -41,6 +42,20 @@ pub enum Received {
     Row(RowFrame),
     /// A heartbeat.
     Beat(Beat),
+}
+
+/// A stream of another version of the protocol than this program's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OtherProtocol {
+    /// The stand's version.
+    pub stand: u8,
+}
+
+impl OtherProtocol {
+    /// The error of a link by this port.
+    pub fn at(self, port: String) -> LinkError {
+        LinkError::OtherProtocol { port, stand: self.stand }
+    }
 }
 
 /// Losses on the line.
@@ -78,6 +93,7 @@ pub struct Receiver {
     frames_lost: u64,
     rows_lost: u64,
     damaged_before: u64,
+    other_protocol: Option<OtherProtocol>,
 }
 
 impl Receiver {
@@ -104,7 +120,10 @@ impl Receiver {
     }
 
     /// Decodes bytes and appends the received items.
-    pub fn take(&mut self, bytes: &[u8], received: &mut VecDeque<Received>) {
+    ///
+    /// # Errors
+    /// A stream of another version of the protocol has begun. All bytes are taken; the lines among them are received.
+    pub fn take(&mut self, bytes: &[u8], received: &mut VecDeque<Received>) -> Result<(), OtherProtocol> {
         self.bytes += bytes.len() as u64;
         for &byte in bytes {
             match byte {
@@ -119,6 +138,7 @@ impl Receiver {
                 }
             }
         }
+        self.other_protocol.take().map_or(Ok(()), Err)
     }
 
     /// Drops an incomplete line or frame and returns to text mode. A space that the line changes to a zero byte, followed by a character that it changes to
@@ -153,7 +173,14 @@ impl Receiver {
         }
         self.line.clear();
         self.has_non_text = false;
-        let Some(Piece::Frame(Frame { seq, body })) = self.deframer.push(0) else { return };
+        let Frame { seq, body } = match self.deframer.push(0) {
+            Some(Piece::Frame(frame)) => frame,
+            Some(Piece::OtherProtocol(stand)) => {
+                self.other_protocol = Some(OtherProtocol { stand });
+                return;
+            }
+            Some(Piece::Damaged) | None => return,
+        };
         if let Some(last) = self.seq.replace(seq) {
             self.frames_lost += u64::from(seq.wrapping_sub(last.wrapping_add(1)));
         }
@@ -189,6 +216,7 @@ mod tests {
     use proptest::prelude::*;
     use stand_firmware::telemetry::encode;
     use stand_firmware::telemetry::frame::MAX_FRAME;
+    use stand_firmware::telemetry::message::PROTOCOL;
 
     fn frame(body: &Body<'_>, seq: u16) -> Vec<u8> {
         encode(body, seq, &mut [0; MAX_FRAME]).unwrap().to_vec()
@@ -208,7 +236,7 @@ mod tests {
         let mut all = VecDeque::new();
         // Byte by byte, the hardest case.
         for byte in bytes {
-            receiver.take(&[*byte], &mut all);
+            receiver.take(&[*byte], &mut all).unwrap();
         }
         all.into()
     }
@@ -315,6 +343,24 @@ mod tests {
             prop_assert!(all.ends_with(&expected[(hit + 2).min(expected.len())..]), "byte {at}: {all:?}");
             prop_assert!(all.iter().all(|item| !item.starts_with("row") || expected.contains(item)), "{all:?}");
         }
+    }
+
+    #[test]
+    fn stream_of_another_protocol_is_refused_once_and_lines_still_arrive() {
+        let identity = "Rotary Stand,other,1,9.0.0";
+        let hello = |protocol| {
+            let hello = Hello { protocol, identity, counts_per_turn: 4e4, row_Hz: 1000, decimation: 1, channels: 1, zero_is_index: false };
+            frame(&Body::Hello(hello), 0)
+        };
+        let (mut receiver, mut all) = (Receiver::default(), VecDeque::new());
+        receiver.take(&hello(PROTOCOL), &mut all).unwrap();
+        assert!(matches!(all.pop_front(), Some(Received::StreamHeader(header)) if header.identity == identity));
+        let mut bytes = hello(PROTOCOL + 1);
+        bytes.extend(frame(&Body::Text("1"), 1));
+        assert_eq!(receiver.take(&bytes, &mut all), Err(OtherProtocol { stand: PROTOCOL + 1 }));
+        assert_eq!(receiver.take(b"2\r\n", &mut all), Ok(()));
+        assert_eq!(all, ["1", "2"].map(|line| Received::Line(line.to_owned())));
+        assert!(receiver.losses().is_none(), "{:?}", receiver.losses());
     }
 
     #[test]

@@ -13,6 +13,7 @@ mod common;
 mod drift_command;
 mod explain_command;
 mod explain_next;
+mod files_of_0_1;
 mod fit_command;
 mod fleet;
 mod import;

@@ -6,6 +6,7 @@ use crate::common;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use common::served::{Served, send_lines};
@@ -14,6 +15,9 @@ use identification::log::Log;
 use identification::model::Model;
 use stand_acquire::link::SerialLink;
 use stand_acquire::serve::Pty;
+use stand_firmware::telemetry::frame::MAX_FRAME;
+use stand_firmware::telemetry::message::PROTOCOL;
+use stand_firmware::telemetry::{Body, Hello, encode};
 use tempfile::TempDir;
 
 fn folder() -> TempDir {
@@ -342,6 +346,51 @@ fn recording_that_a_fault_cuts_short_fails_says_so_first_and_keeps_its_rows() {
     assert!(ran.err.contains("switched off because of a fault") && ran.err.contains("run.csv"), "{}", ran.err);
     let log = Log::read(folder.path().join("run.csv")).unwrap();
     assert!(log.len() > 1000 && log.note("fault").is_some(), "{} rows", log.len());
+}
+
+/// A stand of another firmware: its stream is of the next version of the protocol.
+fn next_protocol(mut pty: Pty, stopped: &Receiver<()>) {
+    let hello = Hello {
+        protocol: PROTOCOL + 1,
+        identity: "",
+        counts_per_turn: 4e4,
+        row_Hz: 1000,
+        decimation: 1,
+        channels: 1,
+        zero_is_index: false,
+    };
+    let mut buffer = [0; MAX_FRAME];
+    let hello = encode(&Body::Hello(hello), 0, &mut buffer).unwrap();
+    let mut heard = Vec::new();
+    while stopped.try_recv().is_err() {
+        pty.exchange(&mut Vec::new(), &mut heard).unwrap();
+        while let Some(end) = heard.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = heard.drain(..=end).collect();
+            let reply: &[u8] = match &line {
+                line if line.starts_with(b"*IDN?") => b"Rotary Stand,other,1,9.0.0\r\n",
+                line if line.starts_with(b"SYSTem:ERRor?") => b"0,\"No error\";1999.0\r\n",
+                line if line.starts_with(b"STReam ON") => hello,
+                _ => b"",
+            };
+            pty.exchange(&mut reply.to_vec(), &mut heard).unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn stream_of_another_protocol_is_refused_with_both_versions() {
+    let folder = folder();
+    let pty = Pty::open(None).unwrap();
+    let port = pty.path().to_str().unwrap().to_owned();
+    let (stop, stopped) = channel();
+    let device = std::thread::spawn(move || next_protocol(pty, &stopped));
+    let ran = send_lines(folder.path(), &port, "STReam ON\n");
+    assert_eq!((ran.status, ran.out.as_str()), (Some(2), ""), "{ran:?}");
+    let expected = format!("the stand streams in version {} of the protocol, this program reads version {PROTOCOL}", PROTOCOL + 1);
+    assert!(ran.err.contains(&expected) && ran.err.lines().count() == 1, "{}", ran.err);
+    stop.send(()).unwrap();
+    device.join().unwrap();
 }
 
 #[test]

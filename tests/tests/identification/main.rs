@@ -7,6 +7,7 @@ mod dirty_logs;
 mod explains;
 mod foreign_cases;
 mod known_motion;
+mod missing_effect_example;
 mod other_drives;
 mod own_firmware;
 mod real_records;

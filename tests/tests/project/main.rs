@@ -4,6 +4,7 @@
 mod architecture;
 mod build_identity;
 mod docs_are_true;
+mod environment_page;
 mod everything_moves;
 mod foreign_programs;
 mod fuzz;
