@@ -241,7 +241,7 @@ fn frames() {
     let examples = [stream.concat(), stream[0].clone(), stream[1].clone()];
     fuzz("frames", &examples, 1.0, |bytes| {
         let mut received = std::collections::VecDeque::new();
-        Receiver::default().take(bytes, &mut received);
+        let _ = Receiver::default().take(bytes, &mut received); // another version is no crash
         assert!(received.len() <= bytes.len());
     });
 }
