@@ -4,9 +4,11 @@
 default:
     @just --list
 
-# format, lints and tests of the crates that changed since the last commit; `just fast main` since a branch
-fast since="HEAD":
-    scripts/changed-crates.sh {{since}}
+# format, lints and the libraries' own tests, of what has changed: cargo knows
+fast:
+    cargo fmt --all --check
+    cargo clippy --workspace --all-targets -- -D warnings
+    cargo test --workspace --lib --bins
 
 # all tests that need nothing but cargo
 test *arguments:
@@ -16,11 +18,11 @@ test *arguments:
 ci *steps:
     .ci/run {{steps}}
 
-# runs the logs of a set and compares the answers with the accepted ones: `just campaign explain`, `just campaign coverage`, `just campaign planted`
+# runs a campaign and compares the results with the accepted ones: `just campaign explain`, `just campaign coverage`, `just campaign planted`
 campaign *arguments:
     cargo run -p stand-tests --bin campaign -- {{arguments}}
 
-# compares the last run of a set with the accepted answers
+# compares the last run with the accepted results: `just campaign-diff --set coverage`
 campaign-diff *arguments:
     cargo run -p stand-tests --bin campaign -- diff {{arguments}}
 
@@ -28,6 +30,6 @@ campaign-diff *arguments:
 firmware:
     scripts/build-firmware.sh
 
-# the printed pages: docs/figures.md from the baselines
+# the printed page docs/figures.md, from tests/baselines
 docs:
-    cargo run -p stand-tests --bin campaign -- figures
+    cargo run -p stand-tests --bin campaign -- figures > docs/figures.md

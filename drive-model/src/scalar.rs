@@ -9,7 +9,7 @@ use std::fmt::{Debug, Display};
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// A scalar of the model. Comparisons and [`Scalar::re`] look at the value alone. Laws take sine and exponential from [`Portable`].
+/// A scalar of the model. Comparisons and [`Scalar::re`] look at the value alone. Transcendental functions are those of `libm`, equal on every machine ([`Portable`]).
 pub trait Scalar:
     Portable
     + Copy
@@ -81,45 +81,46 @@ pub trait Scalar:
     /// eˣ.
     #[inline]
     fn exp(self) -> Self {
-        let exp = self.re().exp();
+        let exp = libm::exp(self.re());
         self.chain(exp, exp)
     }
     /// eˣ − 1.
     #[inline]
     fn exp_m1(self) -> Self {
-        self.chain(self.re().exp_m1(), self.re().exp())
+        self.chain(libm::expm1(self.re()), libm::exp(self.re()))
     }
     /// ln x.
     #[inline]
     fn ln(self) -> Self {
-        self.chain(self.re().ln(), self.re().recip())
+        self.chain(libm::log(self.re()), self.re().recip())
     }
     /// log₁₀ x.
     #[inline]
     fn log10(self) -> Self {
-        self.chain(self.re().log10(), self.re().recip() / std::f64::consts::LN_10)
+        self.chain(libm::log10(self.re()), self.re().recip() / std::f64::consts::LN_10)
     }
     /// ln (1 + x).
     #[inline]
     fn ln_1p(self) -> Self {
-        self.chain(self.re().ln_1p(), (self.re() + 1.0).recip())
+        self.chain(libm::log1p(self.re()), (self.re() + 1.0).recip())
     }
     /// sin x.
     #[inline]
     fn sin(self) -> Self {
-        let (sin, cos) = self.re().sin_cos();
+        let (sin, cos) = libm::sincos(self.re());
         self.chain(sin, cos)
     }
     /// cos x.
     #[inline]
     fn cos(self) -> Self {
-        let (sin, cos) = self.re().sin_cos();
+        let (sin, cos) = libm::sincos(self.re());
         self.chain(cos, -sin)
     }
     /// tan x.
     #[inline]
     fn tan(self) -> Self {
-        self.sin() / self.cos()
+        let tan = libm::tan(self.re());
+        self.chain(tan, 1.0 + tan * tan)
     }
 }
 
@@ -175,6 +176,19 @@ impl<const N: usize> Scalar for Dual<N> {
     #[inline]
     fn chain(self, value: f64, slope: f64) -> Self {
         if slope.is_finite() { self.mapped(value, |d| d * slope) } else { self.mapped(value, |d| if d == 0.0 { 0.0 } else { d * slope }) }
+    }
+}
+
+impl<const N: usize> Portable for Dual<N> {
+    #[inline]
+    fn portable_sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = libm::sincos(self.re);
+        (self.chain(sin, cos), self.chain(cos, -sin))
+    }
+    #[inline]
+    fn portable_exp(self) -> Self {
+        let exp = libm::exp(self.re);
+        self.chain(exp, exp)
     }
 }
 
@@ -362,5 +376,21 @@ mod tests {
     fn derivative_of_zero_stays_zero_at_an_infinite_slope() {
         let root = Dual::<2>::unknown(0.0, 0).chain(0.0, f64::INFINITY);
         assert_eq!(root.slopes, [f64::INFINITY, 0.0]);
+    }
+
+    #[test]
+    fn portable_functions_are_those_of_the_scalar() {
+        for k in -40..=40 {
+            let x: Dual<8> = Dual::unknown(0.37 * f64::from(k), 2) * 1.5;
+            let (sin, cos) = x.portable_sin_cos();
+            let pairs = [(sin, x.sin()), (x.portable_sin(), x.sin()), (cos, x.cos()), (x.portable_exp(), x.exp())];
+            for (found, expected) in pairs {
+                let close = |a: f64, b: f64| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs().max(1e-3);
+                assert!(close(found.re, expected.re), "{k}: {found} {expected}");
+                let derivative = |d: Dual<8>| d.slopes[2];
+                assert!(close(derivative(found), derivative(expected)), "{k}: {found} {expected}");
+            }
+            assert_eq!(x.re.portable_sin(), sin.re);
+        }
     }
 }

@@ -1,6 +1,6 @@
 """The package finds an effect that a model lacks: simulate, fit, explain, add the effect, fit again.
 
-python examples/missing-effect/missing_effect.py prints the residual over the noise of both fits, and the parameters of the effect. Needs rotary_stand.
+python examples/missing-effect/missing_effect.py prints the residual over the noise of both fits, and the effect. Needs rotary_stand.
 """
 
 import tempfile
@@ -43,8 +43,7 @@ def main() -> None:
     # The search also gives start values: an effect with a harmonic order needs them. Others are added by model.add(effect) as well.
     fit = rs.fit(log, explanation.model)
     print(f"with the effect: {ratio(fit):.2f} × noise")
-    for name in ["cogging_N_m", "cogging_order", "cogging_phase_rad"]:
-        print(f"  {name} = {fit.model[name]:.4e}")
+    print(f"cogging: {1e3 * fit.model.cogging_N_m:.3f} mN m, {fit.model.cogging_order:.0f} periods per turn")
 
 
 if __name__ == "__main__":

@@ -2,12 +2,15 @@
 //!
 //! `cargo bench -p stand-tests --bench voltage_slope -- [N]`: N logs per effect.
 
+use std::collections::BTreeMap;
+
 use identification::deadline::Deadline;
 use identification::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use identification::log::{Column, Log};
 use rayon::prelude::*;
 use stand_tests::TWO_SIDED_95;
-use stand_tests::coverage_table::CoverageTable;
+use stand_tests::campaign::coverage::Interval;
+use stand_tests::campaign::coverage::rows::{CoverageRecord, table};
 use stand_tests::draw::Drawn;
 
 const PROFILES: [&str; 3] = ["multi-step", "multisine", "prbs"];
@@ -16,7 +19,7 @@ fn main() {
     let count = std::env::args().skip(1).find_map(|w| w.parse().ok()).unwrap_or(30_u64);
     println!("{count} logs of 30 s per effect under the speed loop, the true model fitted from its true values");
     println!("| effect | logs fitted | worst channel, × noise: median | greatest |\n|---|---|---|---|");
-    let mut tables = String::new();
+    let mut rows = Vec::new();
     for effect in ["none", "compliance", "backlash"] {
         for with_slope in [true, false] {
             let fits: Vec<_> = (0..count).into_par_iter().filter_map(|k| fitted(effect, with_slope, k)).collect();
@@ -25,12 +28,18 @@ fn main() {
             ratios.sort_by(f64::total_cmp);
             let median = ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN);
             println!("| {case} | {} | {median:.2} | {:.2} |", ratios.len(), ratios.last().copied().unwrap_or(f64::NAN));
-            let mut table = CoverageTable::default();
-            fits.iter().flat_map(|f| &f.estimates).for_each(|(name, error, sigma)| table.add(name, *error, TWO_SIDED_95 * sigma, 0.0, ""));
-            tables += &table.rows(&case);
+            let mut by_name: BTreeMap<&str, Vec<Interval>> = BTreeMap::new();
+            for (name, error, sigma) in fits.iter().flat_map(|f| &f.estimates) {
+                let error_sigma = error / sigma;
+                let interval =
+                    Interval { quantity: name.clone(), error_sigma: Some(error_sigma), covers: error_sigma.abs() <= TWO_SIDED_95 };
+                by_name.entry(name).or_default().push(interval);
+            }
+            let refused = count as usize - fits.len();
+            rows.extend(by_name.iter().map(|(name, of)| CoverageRecord::counted(("fit", &case, name), count as usize, refused, of, "")));
         }
     }
-    print!("\n{}{tables}", CoverageTable::header());
+    print!("\n{}", table(&rows));
 }
 
 /// The true model fitted to a log.

@@ -1,4 +1,4 @@
-//! True and false misfits of models: the tables of docs/figures.md.
+//! True and false misfits of models (docs/fitting.md).
 //!
 //! `cargo run -p stand-tests --example where_it_fails -- [own null logs]`
 

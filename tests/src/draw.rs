@@ -47,7 +47,7 @@ pub const OUTSIDERS: [&str; 11] = [
 /// Effects of the user's model of the default stand.
 const MODEL_EFFECTS: [&str; 3] = ["viscous", "coulomb", "inductance"];
 /// Largest relative parameter error of the user's model.
-const MAX_PARAMETER_ERROR: f64 = 0.25;
+pub const MAX_PARAMETER_ERROR: f64 = 0.25;
 /// Length of a record, s; and of a record with winding heating.
 const SECONDS: f64 = 30.0;
 const WARMING_S: f64 = 60.0;

@@ -1,16 +1,12 @@
 //! Shared by the tests and tables of whole sessions: external logs with their answers, sessions on the simulated stand, stands with a hidden
 //! effect, and the evaluation of explanations.
 
-pub mod allan_coverage;
 pub mod bench;
 pub mod calibration;
 pub mod campaign;
-pub mod coverage_table;
 pub mod dirt;
 pub mod draw;
-pub mod drawn_parts;
 pub mod drift;
-pub mod drift_coverage;
 pub mod fails;
 pub mod foreign;
 pub mod memory;

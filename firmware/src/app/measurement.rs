@@ -20,7 +20,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// Rows that wait for the console at most. Its longest poll measured takes 81 284 instructions, about 0.5 ms (docs/figures.md).
+/// Rows that wait for the console at most. Its longest poll measured takes 81 284 instructions, about 0.5 ms.
 pub const QUEUED_ROWS: usize = 15;
 
 /// Memory of the queue; one place of the ring stays free.

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use identification::log::Log;
 use identification::model::Model;
-use sha2::{Digest, Sha256};
 
+use super::inputs::InputHash;
 use crate::dirt::Dirt;
 use crate::draw::Drawn;
 use crate::foreign;
@@ -81,17 +81,7 @@ impl Case {
 
     /// SHA-256 of log and model: what `explain` is given.
     pub fn sha256(&self) -> String {
-        let mut hash = Sha256::new();
-        for column in self.log.columns() {
-            hash.update(column.name.as_bytes());
-            column.values.iter().for_each(|value| hash.update(value.to_le_bytes()));
-        }
-        // The version of the firmware changes with each commit.
-        for (key, value) in self.log.notes().iter().filter(|(key, _)| !["firmware", "date", "stand"].contains(&key.as_str())) {
-            hash.update(format!("{key}: {value}\n").as_bytes());
-        }
-        hash.update(self.user.to_toml().as_bytes());
-        hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+        InputHash::default().log(&self.log).text(&self.user.to_toml()).short()
     }
 }
 

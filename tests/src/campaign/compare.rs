@@ -1,5 +1,6 @@
 //! Two runs of a set: which answers changed, which of them to the worse, and what a set says as a whole.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -17,6 +18,8 @@ pub struct Difference {
     pub answers: Vec<String>,
     /// Those of them that are judged worse.
     pub worse: Vec<String>,
+    /// Those of them that are judged better.
+    pub better: Vec<String>,
     /// Lines on parameters that moved, where the answer is the same.
     pub parameters: Vec<String>,
     /// Logs whose effort changed by more than a tenth.
@@ -60,8 +63,10 @@ pub fn difference(logs: &[LogRecord], before: &[AnswerRecord], after: &[AnswerRe
         alone = (alone.0 + usize::from(was_right && !is_right), alone.1 + usize::from(!was_right && is_right));
         if old.verdict != new.verdict || old.missing != new.missing || old.alike != new.alike {
             let line = format!("{id} ({}): {} → {}; {was:?} → {is:?}", log.hidden.0.join(" "), short(old), short(new));
-            if is > was {
-                d.worse.push(line.clone());
+            match is.cmp(&was) {
+                Ordering::Greater => d.worse.push(line.clone()),
+                Ordering::Less => d.better.push(line.clone()),
+                Ordering::Equal => {}
             }
             d.answers.push(line);
         } else if let Some(moved) = moved(old, new) {
@@ -77,7 +82,7 @@ pub fn difference(logs: &[LogRecord], before: &[AnswerRecord], after: &[AnswerRe
     let text = &mut d.text;
     let _ = writeln!(
         text,
-        "{} logs compared; {} of other logs now, {} in one run alone",
+        "{} logs compared; {} not compared, because their SHA-256 differs; {} in one run alone",
         compared.len(),
         d.other_logs.len(),
         d.only_in_one.len()
@@ -97,10 +102,11 @@ pub fn difference(logs: &[LogRecord], before: &[AnswerRecord], after: &[AnswerRe
     let _ = writeln!(text, "effort, passes: {} before, {} after", total(|(old, _)| old.effort), total(|(_, new)| new.effort));
     for (title, lines) in [
         ("answers to the worse", &d.worse),
+        ("answers to the better", &d.better),
         ("changed answers", &d.answers),
         ("the same answer, other parameters", &d.parameters),
         ("effort changed by more than a tenth", &d.effort),
-        ("the generator makes another log", &d.other_logs),
+        ("not compared: the SHA-256 of log and model differs", &d.other_logs),
         ("in one run alone", &d.only_in_one),
     ] {
         let _ = writeln!(text, "\n{title}: {}", lines.len());
@@ -177,4 +183,80 @@ pub fn table(logs: &[LogRecord], answers: &[AnswerRecord]) -> String {
         unseen.len(),
         unseen.join(", ")
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::record::List;
+    use super::*;
+
+    fn list(text: &str) -> List {
+        List(text.split_whitespace().map(str::to_owned).collect())
+    }
+
+    /// Logs with hidden cogging.
+    fn logs(count: usize) -> Vec<LogRecord> {
+        let log =
+            |k| LogRecord { id: format!("own/{k}"), sha256: "1".to_owned(), hidden: list("cogging"), expected_gain: list("cogging=900") };
+        (0..count).map(log).collect()
+    }
+
+    /// Right answers, and from `first_missed` on adequate ones, which miss the cogging.
+    fn answers(count: usize, first_missed: usize) -> Vec<AnswerRecord> {
+        let answer = |k| {
+            let (verdict, missing) = if k < first_missed { ("effect-found", list("cogging")) } else { ("adequate", List::default()) };
+            let parameters = list("inertia_kg_m2=2.5e-4±1e-7");
+            AnswerRecord {
+                id: format!("own/{k}"),
+                sha256: "1".to_owned(),
+                verdict: verdict.to_owned(),
+                missing,
+                parameters,
+                effort: 100,
+                ..AnswerRecord::default()
+            }
+        };
+        (0..count).map(answer).collect()
+    }
+
+    #[test]
+    fn equal_runs_do_not_differ() {
+        let d = difference(&logs(3), &answers(3, 3), &answers(3, 3));
+        assert!(d.is_empty() && d.text.starts_with("3 logs compared"), "{}", d.text);
+    }
+
+    /// Six of ten logs are missed now: p = 2 / 2⁶ = 0.03.
+    #[test]
+    fn changed_answers_are_worse_or_better_with_mcnemars_p() {
+        let d = difference(&logs(10), &answers(10, 10), &answers(10, 4));
+        assert_eq!((d.answers.len(), d.worse.len(), d.better.len()), (6, 6, 0));
+        assert!(d.text.contains("right: 10 before, 4 after") && d.text.contains("McNemar's p = 0.03"), "{}", d.text);
+        assert!(d.worse[0].contains("effect-found [cogging] → adequate []; Right → Missed"), "{}", d.worse[0]);
+        let back = difference(&logs(10), &answers(10, 4), &answers(10, 10));
+        assert_eq!((back.answers.len(), back.worse.len(), back.better.len()), (6, 0, 6));
+        assert!(!d.is_empty() && !back.is_empty());
+    }
+
+    #[test]
+    fn an_answer_to_another_log_is_reported_and_not_compared() {
+        let mut after = answers(2, 0);
+        after[1].sha256 = "2".to_owned();
+        let d = difference(&logs(2), &answers(2, 2), &after);
+        assert_eq!(d.other_logs, ["own/1"]);
+        assert_eq!((d.answers.len(), d.worse.len()), (1, 1), "the other log alone is compared");
+        assert!(d.text.starts_with("1 logs compared; 1 not compared"), "{}", d.text);
+        // Also where both runs are of a log that the generator did not make.
+        let d = difference(&logs(2), &after, &after);
+        assert_eq!(d.other_logs, ["own/1"]);
+    }
+
+    #[test]
+    fn moved_parameters_and_effort_are_reported() {
+        let mut after = answers(2, 2);
+        after[0].parameters = list("inertia_kg_m2=2.501e-4±1e-7");
+        after[1].effort = 120;
+        let d = difference(&logs(2), &answers(2, 2), &after);
+        assert_eq!((d.answers.len(), d.parameters.len(), d.effort.len()), (0, 1, 1));
+        assert!(d.parameters[0].ends_with("inertia_kg_m2 1.000 σ") && d.effort[0].contains("1.20 ×"), "{d:?}");
+    }
 }

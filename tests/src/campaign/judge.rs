@@ -25,6 +25,20 @@ pub enum Judgement {
     FalseName,
 }
 
+impl Judgement {
+    /// Words of a table.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::NotFinished => "not finished",
+            Self::Missed => "missed",
+            Self::FalseStructure => "false structure",
+            Self::FalseBeside => "false name beside",
+            Self::FalseName => "false name",
+        }
+    }
+}
+
 /// `cogging` of `cogging#2`.
 pub fn stem(name: &str) -> &str {
     name.split('#').next().unwrap_or(name)
@@ -65,7 +79,7 @@ pub fn judge(log: &LogRecord, answer: &AnswerRecord) -> Judgement {
         return match (answer.verdict.as_str(), false_names(log, answer).is_empty()) {
             ("unknown-structure", _) => Judgement::Right,
             ("not-finished", _) => Judgement::NotFinished,
-            ("adequate", _) => Judgement::Missed,
+            ("adequate" | "bad-log" | "error", _) => Judgement::Missed,
             (_, false) if found => Judgement::FalseName,
             (_, false) => Judgement::FalseBeside,
             _ if found => Judgement::Missed,
@@ -159,6 +173,7 @@ mod tests {
         assert_eq!(judged("sector-rub", "", "unknown-structure", "", ""), Judgement::Right);
         assert_eq!(judged("sector-rub", "", "effect-found", "cogging", ""), Judgement::FalseName);
         assert_eq!(judged("sector-rub", "", "adequate", "", ""), Judgement::Missed);
+        assert_eq!(judged("sector-rub", "", "bad-log", "", ""), Judgement::Missed);
     }
 
     /// None of 300: 1 − 0.05^(1/300); one of two: √0.95.

@@ -11,10 +11,16 @@
 //! * [`run`]: answers on all cores, kept line by line;
 //! * [`judge`]: right or wrong, and coverage;
 //! * [`compare`]: two runs of a set;
-//! * [`planted`]: effects planted at the detection limits of logs with nothing missing.
+//! * [`planted`]: effects planted at the detection limits of logs with nothing missing;
+//! * [`coverage`]: coverage of the uncertainties of `fit`, `calibrate`, `drift` and `allan`;
+//! * [`inputs`]: hashes of logs and models;
+//! * [`figures`]: the page docs/figures.md.
 
 pub mod case;
 pub mod compare;
+pub mod coverage;
+pub mod figures;
+pub mod inputs;
 pub mod judge;
 pub mod planted;
 pub mod record;

@@ -15,12 +15,14 @@ use super::run::Identified;
 use super::sets::null;
 use crate::draw::Drawn;
 
+/// Logs of the accepted run.
+pub const LOGS: u64 = 44;
 /// Seed of the first log.
 const FIRST: u64 = 7001;
 /// Step from one effect to the next in the list of limits; prime to its length.
 const STEP: usize = 7;
 
-/// What became of a planted effect.
+/// A log with a planted effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlantedRecord {
     /// Name of the log.
@@ -35,6 +37,31 @@ pub struct PlantedRecord {
     pub missing: List,
     /// It is named, or not distinguishable from what is named.
     pub is_named: bool,
+}
+
+/// What became of a planted effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fate {
+    /// The log states no limit, so nothing was planted.
+    NotPlanted,
+    /// It is named, or not distinguishable from what is named.
+    Named,
+    /// Another effect is named.
+    OtherName,
+    /// Nothing is named.
+    Missed,
+}
+
+impl PlantedRecord {
+    /// What became of the effect.
+    pub fn fate(&self) -> Fate {
+        match (self.effect.is_empty(), self.is_named, self.missing.0.is_empty()) {
+            (true, ..) => Fate::NotPlanted,
+            (_, true, _) => Fate::Named,
+            (.., false) => Fate::OtherName,
+            (.., true) => Fate::Missed,
+        }
+    }
 }
 
 impl Identified for PlantedRecord {
@@ -86,26 +113,26 @@ pub fn planted(id: &str) -> Result<(PlantedRecord, String), String> {
     Ok((record, line))
 }
 
-/// Counts of a run, beside those of the accepted one.
+/// Counts of a run.
+pub fn counts(records: &[PlantedRecord]) -> String {
+    let count = |fate: Fate| records.iter().filter(|record| record.fate() == fate).count();
+    let [named, wrong, missed] = [Fate::Named, Fate::OtherName, Fate::Missed].map(count);
+    format!(
+        "planted {}, named or not distinguishable {named}, another name {wrong}, nothing named {missed} (not found: upper 95 % limit {:.1} %)",
+        named + wrong + missed,
+        100.0 * upper_limit(missed + wrong, named + missed + wrong)
+    )
+}
+
+/// Counts of a run, beside those of the accepted one, and what changed.
 pub fn text(accepted: &[PlantedRecord], found: &[PlantedRecord]) -> String {
-    let of = |records: &[PlantedRecord]| {
-        let planted = records.iter().filter(|r| !r.effect.is_empty());
-        let named = planted.clone().filter(|r| r.is_named).count();
-        let wrong = planted.clone().filter(|r| !r.is_named && !r.missing.0.is_empty()).count();
-        let missed = planted.clone().count() - named - wrong;
-        format!(
-            "planted {}, named or not distinguishable {named}, another name {wrong}, nothing named {missed} (upper 95 % limit {:.1} %)",
-            planted.count(),
-            100.0 * upper_limit(missed + wrong, named + missed + wrong)
-        )
-    };
-    let mut text = format!("accepted: {}\nnow:      {}\n", of(accepted), of(found));
+    let mut text = format!("accepted: {}\nnow:      {}\n", counts(accepted), counts(found));
     let before: BTreeMap<&str, &PlantedRecord> = accepted.iter().map(|r| (r.id.as_str(), r)).collect();
     for record in found {
         let was = before.get(record.id.as_str());
         if was.is_some_and(|was| was.is_named != record.is_named) {
             let _ = writeln!(text, "changed: {} {}: {} [{}]", record.id, record.effect, record.verdict, record.missing.0.join(" "));
-        } else if !record.is_named && !record.effect.is_empty() {
+        } else if matches!(record.fate(), Fate::OtherName | Fate::Missed) {
             let _ = writeln!(
                 text,
                 "not named: {} {} {:.3e}: {} [{}]",
@@ -118,4 +145,28 @@ pub fn text(accepted: &[PlantedRecord], found: &[PlantedRecord]) -> String {
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(effect: &str, missing: &str, is_named: bool) -> PlantedRecord {
+        let missing = List(missing.split_whitespace().map(str::to_owned).collect());
+        PlantedRecord { id: "nulls/x/1".to_owned(), effect: effect.to_owned(), size: 1.0, verdict: String::new(), missing, is_named }
+    }
+
+    #[test]
+    fn each_fate_is_counted_once() {
+        let records =
+            [record("", "", false), record("cogging", "cogging", true), record("cogging", "load", false), record("cogging", "", false)];
+        assert_eq!(records.each_ref().map(PlantedRecord::fate), [Fate::NotPlanted, Fate::Named, Fate::OtherName, Fate::Missed]);
+        assert!(counts(&records).starts_with("planted 3, named or not distinguishable 1, another name 1, nothing named 1"));
+    }
+
+    #[test]
+    fn a_planted_effect_that_is_not_named_any_more_is_reported() {
+        let text = text(&[record("cogging", "cogging", true)], &[record("cogging", "", false)]);
+        assert!(text.contains("changed: nulls/x/1 cogging"), "{text}");
+    }
 }

@@ -68,6 +68,11 @@ impl<'de> Deserialize<'de> for List {
     }
 }
 
+/// File of the coverage campaign, in the folder of the committed CSVs and in that of unaccepted runs.
+pub const COVERAGE: &str = "coverage.csv";
+/// File of the planted effects, likewise.
+pub const PLANTED: &str = "planted.csv";
+
 /// The folder of the committed CSVs.
 pub fn baselines() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("baselines")

@@ -1,4 +1,4 @@
-//! Fits of logs under the speed loop, where the noise of the encoder returns in the voltage. More logs: `cargo bench -p stand-tests --bench coverage`.
+//! Fits of logs under the speed loop, where the noise of the encoder returns in the voltage. More logs: `cargo run -p stand-tests --bin campaign -- coverage fit/rate`.
 
 use hal_sim::plant::Stand;
 use identification::deadline::Deadline;

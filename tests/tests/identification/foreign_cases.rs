@@ -26,7 +26,7 @@ fn rms(fit: &FitResult, shows: Channel) -> f64 {
 
 /// Tolerances. Rate and current: χ²/n of 30 000 rows of white noise scatters by 0.008; 0.02 exceeds that and is below a misfit of half a sample.
 /// The angle's error is quantisation: it is correlated between rows and its size beats with the rate, so its noise estimate is less accurate.
-/// docs/figures.md has the exact values.
+/// `cargo bench -p stand-tests --bench foreign_cases` prints the exact values.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
 fn true_model_of_another_simulator_leaves_only_noise() {
@@ -53,7 +53,7 @@ fn true_model_of_another_simulator_leaves_only_noise() {
 }
 
 /// A dozen fast cases, one of each kind: none, friction, angle, winding, shaft, moment, sensors. 17-backlash takes longer than all of them;
-/// docs/figures.md has it and the rest (`cargo bench -p stand-tests --bench foreign_cases`).
+/// `cargo bench -p stand-tests --bench foreign_cases` fits it and the rest.
 const FITTED: [&str; 12] = [
     "00-none",
     "01-coulomb",
@@ -74,7 +74,7 @@ const FITTED: [&str; 12] = [
 #[ignore = "needs the external records: set STAND_DATA"]
 fn fit_finds_the_parameters_of_another_simulator() {
     let data = stand_data();
-    println!("17-backlash is not fitted here: it takes longer than all the others together; docs/figures.md has it");
+    println!("17-backlash is not fitted here: it takes longer than all the others together; the bench foreign_cases has it");
     let cases: Vec<_> = cases(&data).into_iter().filter(|c| FITTED.contains(&c.name.as_str())).collect();
     assert_eq!(cases.len(), FITTED.len(), "the sample is in the collection");
     let deviations: Vec<(String, f64)> = cases

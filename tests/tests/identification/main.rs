@@ -6,6 +6,7 @@ mod detection_limits;
 mod dirty_logs;
 mod explains;
 mod foreign_cases;
+mod frozen_logs;
 mod known_motion;
 mod missing_effect_example;
 mod other_drives;

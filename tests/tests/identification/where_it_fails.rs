@@ -51,7 +51,7 @@ fn null_session_has_no_misfit_in_voltage_and_rate_mode() {
 }
 
 /// One seed: five of six such logs pass. In voltage mode only two of six pass, because slow drift after sticking hides the harmonic order
-/// (docs/figures.md, "Residual analysis"). The test asserts the performance reached.
+/// (example `where_it_fails`). The test asserts the performance reached.
 #[test]
 fn cogging_under_the_speed_loop_is_a_torque_at_its_harmonic_order() {
     for (seventh, fourteenth) in [(1.5e-3, 1e-3), (5e-4, 3e-4)] {

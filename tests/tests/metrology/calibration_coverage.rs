@@ -1,15 +1,15 @@
-//! A sample of the benchmark `calibration`: random devices, calibrated and compared with their true values. docs/calibration.md has the table over
-//! a thousand devices.
+//! Random devices, calibrated and compared with their true values: other seeds than those of `campaign coverage` (docs/figures.md).
 
 use stand_analysis::calibrate::DutKind;
-use stand_tests::drawn_parts::calibrated;
+use stand_tests::campaign::coverage::calibrate::calibrated;
 
 /// Few 95 % intervals: none may miss the truth by more than 5 u, and most must cover it.
 fn sample(what: DutKind, seeds: std::ops::Range<u64>, wanted: &[&str]) {
     let (mut inside, mut all) = (0, 0);
     for seed in seeds {
         let folder = std::env::temp_dir().join(format!("calibration-sample-{}-{}-{seed}", std::process::id(), what.name()));
-        let found = calibrated(what, seed, &folder);
+        let (_, found) = calibrated(what, seed, &folder).unwrap_or_else(|e| panic!("{} {seed}: {e}", what.name()));
+        let found = found.unwrap_or_else(|e| panic!("{} {seed}: {e}", what.name()));
         let _ = std::fs::remove_dir_all(&folder);
         for name in wanted {
             let c = found.iter().find(|c| c.name == *name).unwrap_or_else(|| panic!("{} {seed}: {name} was not found", what.name()));

@@ -6,6 +6,7 @@ mod build_identity;
 mod docs_are_true;
 mod environment_page;
 mod everything_moves;
+mod figures_page;
 mod foreign_programs;
 mod fuzz;
 mod hardware_page;

@@ -1,4 +1,4 @@
-//! Calibrations of random devices with known true values, for the benchmark and the coverage tests.
+//! `calibrate`: complete sessions with random devices and drives over the simulated serial line. Conditions: the kinds of device.
 //!
 //! Every quantity of a record that has a true value is compared. The bias of a sensor with flicker noise wanders; its true value is the mean over the steps
 //! in which it was measured, recomputed from the generator of the slow noise. [`DESCRIPTIVE`] quantities describe the record itself and have none.
@@ -9,14 +9,34 @@ use hal_sim::peripherals::SlowNoise;
 use hal_sim::peripherals::imu::ImuSetup;
 use hal_sim::plant::Stand;
 use identification::deadline::Deadline;
+use stand_acquire::calibration_session::journal::{Journal, read_logs};
 use stand_acquire::calibration_session::simulated::simulate;
 use stand_acquire::calibration_session::{DutKind, PreparedSession, SessionChanges, Step, default_session, drawn_dut};
 use stand_analysis::calibrate::plateaus::plateaus;
 use stand_analysis::calibrate::{Meaning, Quantity};
 use stand_records::record::{self, CalibrationRecord};
 
+use super::{Interval, Measured, TemporaryFolder};
+use crate::campaign::inputs::InputHash;
+
 /// Quantities that describe the record and have no true value.
 pub const DESCRIPTIVE: [&str; 3] = ["threshold_rad_s", "blind_below_rad_s", "combined_rms_rad_s"];
+
+const FIRST_SEED: u64 = 1;
+const KINDS: [(DutKind, u64); 3] = [(DutKind::Gyro, 16), (DutKind::Accel, 16), (DutKind::Drive, 16)];
+
+pub(super) fn conditions() -> Vec<(String, u64, u64)> {
+    KINDS.map(|(kind, cases)| (kind.name().to_owned(), FIRST_SEED, cases)).to_vec()
+}
+
+pub(super) fn measured(condition: &str, seed: u64) -> Result<Measured, String> {
+    let (kind, _) = KINDS.into_iter().find(|(kind, _)| kind.name() == condition).ok_or("no such condition")?;
+    let folder = TemporaryFolder::new(&format!("{condition}-{seed}"));
+    let (steps, found) = calibrated(kind, seed, &folder.0)?;
+    let inputs = steps.iter().fold(InputHash::default(), |hash, step| hash.text(&step.name).log(&step.log)).short();
+    let interval = |c: &Compared| Interval { quantity: c.name.clone(), error_sigma: Some(c.error_u()), covers: c.found.covers(c.truth) };
+    Ok(Measured { inputs, intervals: found.map(|found| found.iter().map(interval).collect()) })
+}
 
 /// The default session of a device, with the latitude given.
 pub fn session(what: DutKind) -> PreparedSession {
@@ -39,12 +59,6 @@ impl Compared {
     /// Error in standard uncertainties.
     pub fn error_u(&self) -> f64 {
         (self.found.value - self.truth) / self.found.combined_u()
-    }
-
-    /// The largest contribution of the budget.
-    pub fn largest_contribution(&self) -> &str {
-        let largest = self.found.contributions.iter().max_by(|a, b| a.contribution().total_cmp(&b.contribution()));
-        largest.map_or("", |c| c.source.as_str())
     }
 }
 
@@ -193,31 +207,35 @@ fn drive_truth(drawn: &[(&'static str, f64)]) -> Named {
     truth
 }
 
-/// Calibrates the random device `seed` in this folder; returns the quantities that have true values.
+/// Calibrates the random device `seed` in this folder; returns the steps of the session, and the quantities that have true values, or why there is no record.
+///
+/// # Errors
+/// The session does not complete, or its logs cannot be read.
 ///
 /// # Panics
-/// The session does not complete.
-pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Vec<Compared> {
+/// A quantity has no known true value.
+pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Result<(Vec<Step>, Result<Vec<Compared>, String>), String> {
     let prepared = session(what);
     let assumed = prepared.session.assumptions;
     let (stand, drawn) = match what {
         DutKind::Drive => drawn_dut::drawn_drive(seed, &assumed),
         DutKind::Gyro | DutKind::Accel => {
             let (imu, truth) = drawn_dut::drawn_sensor(seed, &assumed, 10.0);
-            // A different platform and motor for each device: identical motions past the index have identical counting errors, and these would be a mean error of the bench. The constant changes
-            // the rate at a voltage by up to 0.5 %, 0.08 counts per row.
+            // A different platform and motor for each device: identical motions past the index have identical counting errors, and these would be a mean error of
+            // the campaign. The constant changes the rate at a voltage by up to 0.5 %, 0.08 counts per row.
             let mut stand = Stand { imu: Some(imu), ..Stand::default() };
             stand.drive.inertia_kg_m2 = drawn_dut::drawn_drive(seed, &assumed).0.drive.inertia_kg_m2;
             stand.drive.motor_constant_N_m_A *= 1.0 + 0.01 * ((seed as f64 * std::f64::consts::SQRT_2).fract() - 0.5);
             (stand, truth)
         }
     };
-    if !folder.join("journal.json").exists() {
-        simulate(&stand, seed, &prepared, folder, Deadline::NEVER, |_| true).unwrap_or_else(|e| panic!("part {seed}: {e}"));
-    }
-    let record = record::compute(folder).unwrap_or_else(|e| panic!("part {seed}: {e}"));
-    let steps = stand_acquire::calibration_session::journal::read_logs(&record.journal.steps, folder)
-        .unwrap_or_else(|e| panic!("part {seed}: {e}"));
+    simulate(&stand, seed, &prepared, folder, Deadline::NEVER, |_| true).map_err(|e| e.to_string())?;
+    let (journal, _) = Journal::read(folder).map_err(|e| e.to_string())?;
+    let steps = read_logs(&journal.steps, folder).map_err(|e| e.to_string())?;
+    let record = match record::compute(folder) {
+        Ok(record) => record,
+        Err(e) => return Ok((steps, Err(e.to_string()))),
+    };
     let truth = match (what, &stand.imu) {
         (DutKind::Gyro, Some(imu)) => gyro_truth(seed, imu, &drawn, &record, &steps),
         (DutKind::Accel, Some(imu)) => accel_truth(seed, imu, &drawn, &steps),
@@ -229,7 +247,8 @@ pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Vec<Compared> {
     };
     let without: Vec<&str> = record.findings.quantities.iter().map(|q| q.name.as_str()).filter(|name| !is_known(name, &truth)).collect();
     assert!(without.is_empty(), "part {seed}: no true value of {without:?}");
-    record.findings.quantities.iter().filter_map(of).collect()
+    let compared = record.findings.quantities.iter().filter_map(of).collect();
+    Ok((steps, Ok(compared)))
 }
 
 /// The quantity has a true value, or describes the record.

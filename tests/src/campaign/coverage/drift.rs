@@ -1,21 +1,33 @@
-//! Drift sessions on the simulated stand with known truth: coverage of own drift, apparent drift, azimuth and asymmetry of the torquer.
+//! `drift`: whole sessions on the simulated stand. Conditions: how the drift moves ([`DriftCase`]).
 //!
-//! Input: a case (how the drift moves) and seeds. Each session draws own drift, site, lag, unequal currents and an asymmetry of the torquer. Output: a
-//! [`CoverageTable`] against the truth; the true own drift is its mean over the cycles.
+//! Each session draws own drift, site, lag, unequal currents and an asymmetry of the torquer. The true own drift is its mean over the cycles.
 
-use crate::coverage_table::CoverageTable;
 use hal_sim::gyro::{DEG_H, Orientation, OwnDrift, SingleAxis, Site};
 use hal_sim::peripherals::Noise;
-use rayon::prelude::*;
+use identification::statistics::uncertainty::Estimate;
 use stand_acquire::drift_session::{CyclePlan, DriftSessionRequest, VisitOrder, simulate};
 use stand_analysis::drift::measurement::SetupUncertainties;
 use stand_analysis::drift::{DriftResult, Measurement};
 use std::f64::consts::PI;
 
+use super::{Interval, Measured};
+use crate::campaign::inputs::InputHash;
+
+const FIRST_SEED: u64 = 7001;
+const CASES: u64 = 12;
+
+pub(super) fn conditions() -> Vec<(String, u64, u64)> {
+    DriftCase::ALL.map(|case| (case.name.to_owned(), FIRST_SEED, CASES)).to_vec()
+}
+
+pub(super) fn measured(condition: &str, seed: u64) -> Result<Measured, String> {
+    DriftCase::ALL.iter().find(|case| case.name == condition).ok_or("no such condition")?.measured(seed)
+}
+
 /// How the drift moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriftCase {
-    /// Name in the table.
+    /// Name of the condition.
     pub name: &'static str,
     /// Flicker noise B, °/h.
     pub flicker_deg_h: f64,
@@ -32,7 +44,7 @@ pub struct DriftCase {
 }
 
 impl DriftCase {
-    /// The cases of the bench. All have flicker noise, as a real gyroscope.
+    /// The conditions. All have flicker noise, as a real gyroscope.
     pub const ALL: [Self; 5] = [
         Self {
             name: "steady",
@@ -62,7 +74,7 @@ impl DriftCase {
             four_positions: false,
         },
         Self {
-            name: "walk, four positions",
+            name: "walk-four-positions",
             flicker_deg_h: 0.003,
             walk_deg_h_sqrt_h: 0.6,
             ramp_deg_h_min: 0.0,
@@ -71,7 +83,7 @@ impl DriftCase {
             four_positions: true,
         },
         Self {
-            name: "offsets of the visits",
+            name: "visit-offsets",
             flicker_deg_h: 0.003,
             walk_deg_h_sqrt_h: 0.0,
             ramp_deg_h_min: 0.0,
@@ -122,33 +134,37 @@ impl DriftCase {
         }
     }
 
-    /// Simulates and evaluates the session with this seed; adds its results to the table.
-    ///
-    /// # Panics
-    /// The session fails, or is refused although nothing is wrong.
-    pub fn run(&self, seed: u64, table: &mut CoverageTable) -> DriftResult {
+    /// Simulates and evaluates the session with this seed.
+    fn measured(&self, seed: u64) -> Result<Measured, String> {
         let gyroscope = self.gyroscope(seed);
-        let recording =
-            simulate(gyroscope.clone(), seed, &self.request(), |_| true).unwrap_or_else(|e| panic!("{} {seed}: {e}", self.name));
+        let recording = simulate(gyroscope.clone(), seed, &self.request(), |_| true).map_err(|e| e.to_string())?;
+        let inputs = InputHash::default().text(&format!("{:?}", recording.cycles)).short();
         let latitude_deg = gyroscope.site.latitude_rad.to_degrees();
         let measurement = Measurement::of_recording("simulated".to_owned(), &recording, Some(latitude_deg), SetupUncertainties::default());
-        let result = measurement.and_then(Measurement::evaluate).unwrap_or_else(|e| panic!("{} {seed}: {e}", self.name));
+        let result = measurement.and_then(Measurement::evaluate).map_err(|e| e.to_string());
+        Ok(Measured { inputs, intervals: result.map(|result| self.intervals(&gyroscope, seed, &result)) })
+    }
+
+    fn intervals(&self, gyroscope: &SingleAxis, seed: u64, result: &DriftResult) -> Vec<Interval> {
         let found = &result.corrected;
-        let what = format!("{} {seed}", self.name);
-        let mut add = |name: &str, estimate: &identification::statistics::uncertainty::Estimate, truth: f64, unit: f64| {
-            let expanded = estimate.expanded().unwrap_or_else(|| panic!("{what}: {name} has no uncertainty"));
-            table.add(name, estimate.value / unit, expanded / unit, truth / unit, &what);
+        let azimuth = found.azimuth_rad.map(|azimuth| {
+            let truth = gyroscope.site.azimuth_rad;
+            // Angles near ± 180° are compared on the circle.
+            (azimuth, truth + ((azimuth.value - truth) / (2.0 * PI)).round() * 2.0 * PI)
+        });
+        let quantities = [
+            ("own_drift", Some((found.own_rad_s[0], self.true_own_rad_s(gyroscope, seed, result)))),
+            ("apparent_drift", Some((found.apparent_rad_s[0], gyroscope.apparent_rad_s(0.0)))),
+            ("azimuth", azimuth),
+            // (1 + inequality)(1 + gain inequality) − 1; the current corrects the first.
+            ("torquer_asymmetry", Some((found.inequality[0], gyroscope.torquer.gain_inequality))),
+        ];
+        let interval = |(name, pair): (&str, Option<(Estimate, f64)>)| {
+            let (estimate, truth) = pair?;
+            let error_sigma = Some((estimate.value - truth) / estimate.sigma()?);
+            Some(Interval { quantity: name.to_owned(), error_sigma, covers: estimate.covers(truth) })
         };
-        add("own drift, °/h", &found.own_rad_s[0], self.true_own_rad_s(&gyroscope, seed, &result), DEG_H);
-        add("apparent drift, °/h", &found.apparent_rad_s[0], gyroscope.apparent_rad_s(0.0), DEG_H);
-        let azimuth = found.azimuth_rad.unwrap_or_else(|| panic!("{what}: no azimuth"));
-        // Angles near ± 180° are compared on the circle.
-        let truth = gyroscope.site.azimuth_rad;
-        let nearest = truth + ((azimuth.value - truth) / (2.0 * PI)).round() * 2.0 * PI;
-        add("azimuth, °", &azimuth, nearest, 1_f64.to_radians());
-        // (1 + inequality)(1 + gain inequality) − 1; the current corrects the first.
-        add("asymmetry of the torquer, %", &found.inequality[0], gyroscope.torquer.gain_inequality, 0.01);
-        result
+        quantities.into_iter().filter_map(interval).collect()
     }
 
     /// Mean of the own drift over the cycles, with the triangular weight of each.
@@ -167,20 +183,5 @@ impl DriftCase {
             }
         }
         gyroscope.own.constant_rad_s + sum / cycles.len() as f64
-    }
-
-    /// The table over these seeds.
-    pub fn table(&self, seeds: std::ops::Range<u64>) -> CoverageTable {
-        seeds
-            .into_par_iter()
-            .map(|seed| {
-                let mut table = CoverageTable::default();
-                self.run(seed, &mut table);
-                table
-            })
-            .reduce(CoverageTable::default, |mut all, more| {
-                all.merge(more);
-                all
-            })
     }
 }
