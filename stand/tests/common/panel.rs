@@ -1,30 +1,58 @@
 //! A panel for the duration of a test, a client of its requests on raw sockets, and a page without a browser.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its part")]
 
+use std::cell::Cell;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Stdio};
+use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
+/// Held by each panel; a panel whose stand turns in real time holds it alone, since other programs' work may keep its host silent for two seconds.
+static MACHINE: RwLock<()> = RwLock::new(());
+
+thread_local! {
+    /// This test's thread holds a share already: a second panel needs none, and would wait for ever behind a test that wants the whole.
+    static HOLDS: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What the first panel of a test holds of the machine.
+pub enum Share {
+    Part(RwLockReadGuard<'static, ()>),
+    Whole(RwLockWriteGuard<'static, ()>),
+}
+
 /// The program `stand panel`, killed when it is dropped.
 pub struct Panel {
     pub child: Child,
     pub port: u16,
     pub token: String,
+    share: Option<Share>,
 }
 
 impl Panel {
     pub fn new(folder: &Path, words: &[&str]) -> Self {
+        let first = !HOLDS.replace(true);
+        Self::with(first.then(|| Share::Part(MACHINE.read().unwrap_or_else(PoisonError::into_inner))), folder, words)
+    }
+
+    /// A panel beside which no other panel of these tests runs.
+    pub fn alone(folder: &Path, words: &[&str]) -> Self {
+        HOLDS.set(true);
+        Self::with(Some(Share::Whole(MACHINE.write().unwrap_or_else(PoisonError::into_inner))), folder, words)
+    }
+
+    fn with(share: Option<Share>, folder: &Path, words: &[&str]) -> Self {
         let mut child = super::command(folder, &[&["panel"], words].concat()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut address = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut address).unwrap();
         let (base, token) = address.trim().split_once("/#").unwrap_or_else(|| panic!("{address:?}"));
-        Panel { child, port: base.rsplit_once(':').unwrap().1.parse().unwrap(), token: token.to_owned() }
+        Panel { child, port: base.rsplit_once(':').unwrap().1.parse().unwrap(), token: token.to_owned(), share }
     }
 
     pub fn host(&self) -> String {
@@ -94,6 +122,9 @@ impl Drop for Panel {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
+        if self.share.take().is_some() {
+            HOLDS.set(false);
+        }
     }
 }
 
@@ -161,7 +192,7 @@ impl Page {
     pub fn until(&mut self, condition: impl Fn(&Page) -> bool, beats: bool) -> Duration {
         let begun = Instant::now();
         while !condition(self) {
-            assert!(begun.elapsed() < Duration::from_secs(60), "{}", self.state);
+            assert!(begun.elapsed() < Duration::from_secs(300), "{}", self.state);
             if beats {
                 self.say(BEAT);
             }

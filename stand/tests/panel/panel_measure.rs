@@ -55,7 +55,7 @@ fn in_force(panel: &Panel, page: &Page) -> Value {
 #[test]
 fn learnt_cogging_is_compensated_and_the_ripple_falls() {
     let folder = folder();
-    let panel = Panel::new(folder.path(), &["--hidden", "cogging"]);
+    let panel = Panel::alone(folder.path(), &["--hidden", "cogging"]);
     let mut page = panel.page();
     let log = fitted(&panel, &mut page);
     let (mut viewer, request) = (panel.page(), json!({"model": "model.toml", "log": log}));
@@ -103,7 +103,7 @@ fn learnt_cogging_is_compensated_and_the_ripple_falls() {
 #[test]
 fn stop_after_the_change_restores_the_previous_compensation() {
     let folder = folder();
-    let panel = Panel::new(folder.path(), &["--hidden", "cogging"]);
+    let panel = Panel::alone(folder.path(), &["--hidden", "cogging"]);
     let mut page = panel.page();
     let log = fitted(&panel, &mut page);
     let before = in_force(&panel, &page);
@@ -122,7 +122,7 @@ fn stop_after_the_change_restores_the_previous_compensation() {
 #[test]
 fn allan_deviation_of_a_still_log_is_that_of_the_command() {
     let folder = folder();
-    let panel = Panel::new(folder.path(), &[]);
+    let panel = Panel::alone(folder.path(), &[]);
     let mut page = panel.page();
     take(&mut page);
     let request = json!({"client": page.client(), "profile": "constant", "mode": "voltage", "amplitude": 0.0, "seconds": 5.0});
@@ -157,7 +157,7 @@ fn allan_deviation_of_a_still_log_is_that_of_the_command() {
 #[test]
 fn simulated_drift_session_measures_the_drift_and_its_log_gives_it_again() {
     let folder = folder();
-    let panel = Panel::new(folder.path(), &[]);
+    let panel = Panel::alone(folder.path(), &[]);
     let mut page = panel.page();
     let request = json!({"client": page.client(), "place": "simulated", "cycles": 8, "pulse_s": 5.0, "rest_s": 4.0, "rates_deg_s": [0.05, 0.02], "positions_deg": [0.0, 180.0], "latitude_deg": null, "seed": 1});
     let started = panel.post("drift", &request);
@@ -196,7 +196,7 @@ fn simulated_drift_session_measures_the_drift_and_its_log_gives_it_again() {
 #[test]
 fn simulated_calibration_session_writes_the_record_of_the_command() {
     let folder = folder();
-    let panel = Panel::new(folder.path(), &[]);
+    let panel = Panel::alone(folder.path(), &[]);
     let mut page = panel.page();
     let request = json!({"client": page.client(), "place": "simulated", "kind": "drive", "serial": "A'1", "operator": "", "seed": 3});
     let steps = panel.request("GET", "steps?kind=drive", "").1;
@@ -240,7 +240,7 @@ fn simulated_calibration_session_writes_the_record_of_the_command() {
 #[test]
 fn cancel_acts_during_the_search_of_the_index() {
     let folder = folder();
-    let panel = Panel::new(folder.path(), &[]);
+    let panel = Panel::alone(folder.path(), &[]);
     let mut page = panel.page();
     take(&mut page);
     let started = panel.post("calibrate", &json!({"client": page.client(), "place": "stand", "kind": "drive"}));
@@ -261,7 +261,7 @@ fn cancel_acts_during_the_search_of_the_index() {
 fn session_at_the_stand_waits_for_the_person_and_uses_the_gyroscope_of_the_stand() {
     let folder = folder();
     let served = Served::new(folder.path(), &["--gyro"]);
-    let panel = Panel::new(folder.path(), &["--port", &served.port]);
+    let panel = Panel::alone(folder.path(), &["--port", &served.port]);
     let mut page = panel.page();
     take(&mut page);
     let request = json!({"client": page.client(), "place": "stand", "cycles": 4, "pulse_s": 0.5, "rest_s": 0.2, "rates_deg_s": [0.05], "positions_deg": [0.0, 180.0], "latitude_deg": 50.0});

@@ -207,6 +207,9 @@ fn drive_truth(drawn: &[(&'static str, f64)]) -> Named {
     truth
 }
 
+/// Compared quantities, or why the calibration was refused.
+pub type Calibrated = Result<Vec<Compared>, String>;
+
 /// Calibrates the random device `seed` in this folder; returns the steps of the session, and the quantities that have true values, or why there is no record.
 ///
 /// # Errors
@@ -214,7 +217,7 @@ fn drive_truth(drawn: &[(&'static str, f64)]) -> Named {
 ///
 /// # Panics
 /// A quantity has no known true value.
-pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Result<(Vec<Step>, Result<Vec<Compared>, String>), String> {
+pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Result<(Vec<Step>, Calibrated), String> {
     let prepared = session(what);
     let assumed = prepared.session.assumptions;
     let (stand, drawn) = match what {

@@ -36,8 +36,8 @@ pub fn changes(before: &[CoverageRecord], after: &[CoverageRecord]) -> Changes {
     let inputs = |rows: &[CoverageRecord]| -> BTreeMap<_, _> { rows.iter().map(|row| (condition(row), row.inputs.clone())).collect() };
     let (inputs_before, inputs_after) = (inputs(before), inputs(after));
     let is_other = |key: &(String, String)| inputs_before.get(key).is_some_and(|old| inputs_after.get(key) != Some(old));
-    let mut c = Changes::default();
-    c.other_inputs = is_run.iter().filter(|key| is_other(key)).map(|(analysis, condition)| format!("{analysis}/{condition}")).collect();
+    let other_inputs = is_run.iter().filter(|key| is_other(key)).map(|(analysis, condition)| format!("{analysis}/{condition}")).collect();
+    let mut c = Changes { other_inputs, ..Changes::default() };
     for (key, row) in &new {
         let name = format!("{}/{} {}", key.0, key.1, key.2);
         match old.get(key) {
