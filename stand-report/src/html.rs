@@ -3,7 +3,7 @@
 //! In: text, [`Markup`], [`Table`]s and [`Drawing`]s. Out: one self-contained file with its style sheet inside, also well-formed XML.
 //!
 //! ```
-//! use crate::html::{Cell, Class, Page, Table};
+//! use stand_report::html::{Cell, Class, Page, Table};
 //! let mut page = Page::new("Comparison of run.csv with model drive.toml");
 //! page.paragraph(Class::Lead, "The rate residual is 3 × the noise.");
 //! page.section("Parameters", |page| {
