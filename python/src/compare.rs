@@ -3,7 +3,7 @@
 use identification::deadline::Deadline;
 use identification::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use identification::identify::explain::criteria::JoiningCriteria;
-use identification::identify::explain::join_logs::join;
+use identification::identify::explain::join;
 use identification::identify::sensitivities::with_sensitivities;
 use identification::identify::series::series;
 use identification::log;

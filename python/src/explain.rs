@@ -1,6 +1,6 @@
 //! `explain`.
 
-use identification::identify::explain::unfinished::SearchState;
+use identification::identify::explain::SearchState;
 use identification::identify::explain::{Criteria, ExplainError, Options, explain_with};
 use identification::identify::series::series;
 use pyo3::exceptions::PyValueError;
@@ -38,10 +38,7 @@ pub fn explain(
             Ok(e) => {
                 let rows = series(&e.log, &e.data(), &e.explained).map_err(|error| log_error(&error))?;
                 let answer = Answer::new(&report::explain_json(&e), report::explain_text(&e, STYLE), report::explain_html(&e));
-                Ok(answer
-                    .with_series(rows)
-                    .with_model(e.model.clone())
-                    .with_state(e.unfinished.map(|unfinished| unfinished.state.to_toml())))
+                Ok(answer.with_series(rows).with_model(e.model.clone()).with_state(e.unfinished.map(|unfinished| unfinished.state)))
             }
             Err(ExplainError::BadLog { log, findings }) => {
                 Err(implausible(&log, &findings, &report::explain_bad_log_json(&log, &findings)))

@@ -11,7 +11,7 @@ use super::output::{ReportOutput, SeriesOutput, spinner, style};
 use identification::deadline::Deadline;
 use identification::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
 use identification::identify::explain::criteria::JoiningCriteria;
-use identification::identify::explain::join_logs::join;
+use identification::identify::explain::join;
 use identification::identify::explain_logs::read_for;
 use identification::identify::fit::FitResult;
 use identification::log::Log;

@@ -11,7 +11,7 @@ use super::output::{Overwrite, ReportOutput, SeriesOutput, TimeLimit, check_writ
 use super::signals::Interrupts;
 use identification::deadline::Deadline;
 use identification::files;
-use identification::identify::explain::unfinished::SearchState;
+use identification::identify::explain::SearchState;
 use identification::identify::explain::{Criteria, Explanation, Options};
 use identification::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together, logs_in};
 use identification::model::Model;
@@ -232,13 +232,13 @@ impl Explain {
     }
 
     /// Writes the state of an unfinished search, and says how to continue.
-    fn keep_state(&self, state: &SearchState) -> CliError {
+    fn keep_state(&self, state: &str) -> CliError {
         let path = self.from_state.clone().unwrap_or_else(|| self.state_file());
         let is_other = self.from_state.is_none() && path.exists() && read_state(&path).is_err();
         let kept = if is_other {
             Err("a file of this name exists".to_owned())
         } else {
-            files::replace_text(&path, &state.to_toml()).map_err(|e| e.to_string())
+            files::replace_text(&path, state).map_err(|e| e.to_string())
         };
         let name = path.display();
         CliError::Other(match kept {

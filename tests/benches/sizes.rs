@@ -11,7 +11,7 @@ use identification::deadline::Deadline;
 use identification::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
 use identification::identify::explain::criteria::JoiningCriteria;
 use identification::identify::explain::explain;
-use identification::identify::explain::join_logs::join;
+use identification::identify::explain::join;
 use identification::log::import::{self, Statements};
 use identification::log::{Column, Log};
 use identification::model::Model;

@@ -1,7 +1,7 @@
 //! Coverage of a log in words.
 
 use crate::numbers;
-use identification::identify::explain::coverage::Coverage;
+use identification::identify::explain::Coverage;
 
 /// The range of operation that the log covers.
 pub fn covered(c: &Coverage) -> String {

@@ -7,8 +7,8 @@ use super::names::first_lower;
 use super::sentences::not_visible;
 pub use crate::listed;
 use crate::{column, numbers, unit};
+use identification::identify::explain::OpenPart;
 use identification::identify::explain::criteria::MisfitClass;
-use identification::identify::explain::unfinished::OpenPart;
 use identification::identify::explain::{ChannelError, DetectionLimit, Estimate, Explanation, NotVisible, Stage, Verdict};
 use identification::log::Axis;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use identification::deadline::Deadline;
 use identification::identify::evaluation::{Evaluation, ParameterTreatment, evaluate};
-use identification::identify::explain::reasons::Refusal;
+use identification::identify::explain::Refusal;
 use identification::identify::explain::{Explanation, Remark, Verdict, explain};
 use identification::identify::fit::parameters::Parameter;
 use identification::identify::fit::prepare::PreparationNote;

@@ -7,8 +7,8 @@ use hal_sim::plant::Stand;
 use identification::deadline::Deadline;
 use identification::identify::defects::defects;
 use identification::identify::evaluation::{Evaluation, EvaluationRemark, ParameterTreatment, evaluate};
-use identification::identify::explain::unfinished::{OpenPart, SearchState};
 use identification::identify::explain::{Explanation, Options, Purpose, Refusal, Remark, Verdict, explain, explain_with};
+use identification::identify::explain::{OpenPart, SearchState};
 use identification::log::{Column, Log};
 use identification::model::{Model, SummingPoint};
 use stand_acquire::hidden::hide;
@@ -305,7 +305,7 @@ fn continued_search_gives_the_same_answer() {
     assert_eq!((cut.effort_passes, &cut.missing), (on_one_thread.effort_passes, &on_one_thread.missing));
     let unfinished = cut.unfinished.expect("the state");
     assert_eq!(unfinished.open, OpenPart::AddingStep { number: 2 });
-    let state = SearchState::parse(&unfinished.state.to_toml()).expect("the state as a file");
+    let state = SearchState::parse(&unfinished.state).expect("the state as a file");
     let continued = run(400_000, Some(&state), 2);
     assert_eq!((continued.verdict, &continued.missing), (whole.verdict, &whole.missing));
     let (one, other) = (&whole.stages[2].parameters, &continued.stages[2].parameters);

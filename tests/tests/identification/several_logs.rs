@@ -3,7 +3,7 @@
 use drive_model::Coordinate;
 use hal_sim::plant::Stand;
 use identification::identify::explain::criteria::JoiningCriteria;
-use identification::identify::explain::join_logs::join;
+use identification::identify::explain::join;
 use identification::identify::fit;
 use identification::identify::residual::{Difference, Misfit, Signature, misfits};
 use identification::log::{Column, Log};

@@ -88,7 +88,7 @@ mod tests {
     use std::borrow::Cow;
 
     use super::*;
-    use crate::identify::explain::test_rotor::with_fit;
+    use crate::identify::explain::fitted::test_rotor::with_fit;
     use crate::identify::fit::simulate::run;
     use crate::identify::predict::fit::Prediction;
     use crate::identify::predict::gain::stationary_filter;

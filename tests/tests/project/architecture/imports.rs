@@ -41,6 +41,8 @@ pub struct Crate {
     modules: BTreeMap<ModulePath, Module>,
     /// For each import, the names imported.
     imports: BTreeMap<(usize, usize), BTreeSet<String>>,
+    /// The same for what modules take from their own submodules.
+    from_own: BTreeMap<(usize, usize), BTreeSet<String>>,
 }
 
 impl Crate {
@@ -50,7 +52,7 @@ impl Crate {
     /// A file cannot be read or parsed.
     pub fn read(root_file: &Path) -> Result<Self, String> {
         let root = root_file.parent().ok_or("no folder")?.to_owned();
-        let mut source = Self { root, files: Vec::new(), modules: BTreeMap::new(), imports: BTreeMap::new() };
+        let mut source = Self { root, files: Vec::new(), modules: BTreeMap::new(), imports: BTreeMap::new(), from_own: BTreeMap::new() };
         source.read_file(root_file, Vec::new())?;
         source.resolve();
         Ok(source)
@@ -66,11 +68,18 @@ impl Crate {
         self.files[file].strip_prefix(&self.root).unwrap_or(&self.files[file]).display().to_string()
     }
 
-    /// The first folder (or file without its ending) of a file's path; empty for the root file.
-    pub fn top_folder(&self, file: usize) -> String {
+    /// The first folder (or file without its ending) of a file's path within `folder` of the source, which ends with a slash or is empty; `None` for a file
+    /// outside, and for the root file of the folder.
+    pub fn top_folder(&self, folder: &str, file: usize) -> Option<String> {
         let name = self.name(file);
-        let first = name.split('/').next().unwrap_or_default();
-        if name == "lib.rs" { String::new() } else { first.trim_end_matches(".rs").to_owned() }
+        let first = name.strip_prefix(folder)?.split('/').next().unwrap_or_default();
+        let is_root = ["lib.rs", "main.rs", "mod.rs"].contains(&first);
+        (!is_root).then(|| first.trim_end_matches(".rs").to_owned())
+    }
+
+    /// Each import once, also of what a module takes from its own submodules.
+    pub fn imports_and_own(&self) -> Vec<(usize, usize)> {
+        self.imports.keys().chain(self.from_own.keys()).copied().collect()
     }
 
     /// Each import once: the file that imports and the file that defines.
@@ -131,6 +140,7 @@ impl Crate {
     /// Works out the imports of all modules.
     fn resolve(&mut self) {
         let mut imports: BTreeMap<(usize, usize), BTreeSet<String>> = BTreeMap::new();
+        let mut from_own = imports.clone();
         for (path, module) in &self.modules {
             let used: BTreeSet<&str> = module.paths.iter().filter_map(|p| p.first()).map(String::as_str).collect();
             let taken =
@@ -138,13 +148,14 @@ impl Crate {
             for written in taken.chain(&module.paths) {
                 if let Some((defined_in, file)) = self.definition(path, written, 0)
                     && file != module.file
-                    && !(defined_in.len() > path.len() && defined_in.starts_with(path))
                 {
-                    imports.entry((module.file, file)).or_default().insert(written.join("::"));
+                    let is_own = defined_in.len() > path.len() && defined_in.starts_with(path);
+                    let list = if is_own { &mut from_own } else { &mut imports };
+                    list.entry((module.file, file)).or_default().insert(written.join("::"));
                 }
             }
         }
-        self.imports = imports;
+        (self.imports, self.from_own) = (imports, from_own);
     }
 
     /// The module and the file that define what a path, written in a module, names; `None`: not of this crate.

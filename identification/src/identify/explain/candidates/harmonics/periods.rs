@@ -1,0 +1,146 @@
+//! Search for periods of a torque that are no whole parts of a turn: over the angle or over time, in one transform.
+//!
+//! A torque e^{iρφ} with the phase φ (angle, or 2π × time) is correlated with the residual by the adjoint of the recursion of [`Scan`]: the
+//! sensitivities g of the weighted residuals to a torque in each row are computed once, backwards, and Σ g e^{iρφ} follows for all ρ by a Fourier
+//! transform ([`super::phase_lines`]). The power of the response is that of a constant local frequency in each row. As for whole orders
+//! the score only ranks.
+
+use drive_model::{PeriodOf, Screening};
+use realfft::num_complex::Complex;
+
+use super::phase_lines::{Phase, PhaseLines};
+use super::{Scan, angle};
+use crate::identify::explain::criteria::HarmonicCriteria;
+use crate::identify::explain::fitted::FittedModel;
+use crate::model::Input;
+
+/// Periods that are worth an exact screening, the best first.
+#[derive(Debug, Clone, Default)]
+pub struct Periods {
+    /// Numbers of periods per turn.
+    per_turn: Vec<f64>,
+    /// Frequencies, Hz.
+    frequencies_Hz: Vec<f64>,
+    /// Number of distinguishable periods among which these were chosen.
+    pub tested: usize,
+}
+
+impl Periods {
+    /// These numbers of periods per turn and frequencies.
+    pub fn new(per_turn: Vec<f64>, frequencies_Hz: Vec<f64>, tested: usize) -> Self {
+        Periods { per_turn, frequencies_Hz, tested }
+    }
+
+    /// The periods of one kind.
+    pub fn of(&self, period: PeriodOf) -> &[f64] {
+        match period {
+            PeriodOf::Angle => &self.per_turn,
+            PeriodOf::Time => &self.frequencies_Hz,
+        }
+    }
+}
+
+/// The best periods that the model does not have yet.
+pub fn search_periods(base: &FittedModel) -> Periods {
+    let (data, criteria) = (&base.data, &base.context.criteria.harmonics);
+    let mut periods = Periods::default();
+    if data.driven == Input::Motion {
+        return periods;
+    }
+    if let Some(theta) = angle(data) {
+        let (phase, scan) = (Phase::of_angle(theta), Scan::new(base, theta));
+        let highest = scan.highest_order(criteria) as f64;
+        (periods.per_turn, periods.tested) = scan.best_periods(&phase, highest, &known(base, PeriodOf::Angle), criteria);
+    }
+    let phase = Phase::of_time(data);
+    let highest_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
+    let (found, tested) = Scan::new(base, &phase.rad).best_periods(&phase, highest_Hz, &known(base, PeriodOf::Time), criteria);
+    periods.frequencies_Hz = found;
+    periods.tested += tested;
+    periods
+}
+
+/// The periods that the model has.
+pub fn known(base: &FittedModel, of: PeriodOf) -> Vec<f64> {
+    let uses = base.model.effects().iter().filter(|e| e.card.screening == Screening::Periodicities(of));
+    let periods = uses.filter_map(|e| e.parameters.get(e.card.periodicity_index()?));
+    periods.map(|&k| base.model.parameters()[k].value).collect()
+}
+
+impl Scan<'_> {
+    /// The best orders over the `phase` of the rows up to `highest`, without those `known`, and the number of distinguishable orders.
+    fn best_periods(&self, phase: &Phase, highest: f64, known: &[f64], criteria: &HarmonicCriteria) -> (Vec<f64>, usize) {
+        let lines = PhaseLines::of(phase, &self.torque_sensitivities(), criteria.min_periods_in_log, highest);
+        let Some(lines) = lines else { return (Vec::new(), 0) };
+        let (lowest, highest) = lines.range();
+        let power = self.response_power(lowest, highest);
+        let score = |line: usize, sum: &Complex<f64>| {
+            let order = lines.order(line);
+            if (lowest..=highest).contains(&order) { sum.norm_sqr() / power.at(order) } else { 0.0 }
+        };
+        let scores: Vec<f64> = lines.transform.iter().enumerate().map(|(line, sum)| score(line, sum)).collect();
+        (lines.best(&scores, |line| scores[line], known, criteria.periods), lines.distinguishable())
+    }
+
+    /// Sensitivity of the sum of weighted residuals to a torque in each row, by the adjoint of the recursion of [`Scan::scores_from`].
+    fn torque_sensitivities(&self) -> Vec<f64> {
+        let mut sensitivities = vec![0.0; self.rows.len()];
+        for rows in self.segments {
+            let segment = &self.rows[rows.clone()];
+            let angle = |k: usize| segment.get(k).filter(|_| k >= self.lag).map_or(0.0, |row| row.residuals.2);
+            // Sensitivities to the sum of the rate and to the rate, after the row.
+            let (mut to_sum, mut to_rate) = (0.0, 0.0);
+            for (k, row) in segment.iter().enumerate().rev() {
+                sensitivities[rows.start + k] = self.demand_per_torque * row.residuals.1 + self.rate_per_torque * to_rate;
+                to_rate = row.residuals.0 + self.current_per_rate * row.residuals.1 + self.decay * to_rate + self.dt_s * to_sum;
+                to_sum += angle(k) - angle(k + self.lag);
+            }
+        }
+        sensitivities
+    }
+
+    /// Power of the weighted response to a torque of unit amplitude, over the order.
+    fn response_power(&self, lowest: f64, highest: f64) -> Power {
+        let stride = (self.rows.len() / POWER_ROWS).max(1);
+        let rows: Vec<&super::Row> = self.rows.iter().step_by(stride).filter(|row| row.fitted).collect();
+        let step = (highest / lowest).ln() / (POWER_ORDERS - 1) as f64;
+        let window_s = self.lag as f64 * self.dt_s;
+        let of_order = |order: f64| -> f64 {
+            let of_row = |row: &&super::Row| {
+                let w = order * row.motion.0.abs();
+                let (sin, cos) = (w * self.dt_s).sin_cos();
+                // Response of the rate: gain / (e^{iωΔt} − decay).
+                let (re, im) = (cos - self.decay, sin);
+                let square = (re * re + im * im).max(1e-30);
+                let (rate_re, rate_im) = (self.rate_per_torque * re / square, -self.rate_per_torque * im / square);
+                let rate = rate_re * rate_re + rate_im * rate_im;
+                let drive = (self.current_per_rate * rate_re + self.demand_per_torque).powi(2) + (self.current_per_rate * rate_im).powi(2);
+                let increment_s = if w * window_s > 1e-6 { 2.0 * (0.5 * w * window_s).sin() / w } else { window_s };
+                self.weights.0 * rate + self.weights.1 * drive + self.weights.2 * rate * increment_s * increment_s
+            };
+            rows.iter().map(of_row).sum::<f64>() * stride as f64
+        };
+        let ln = (0..POWER_ORDERS).map(|k| of_order(lowest * (step * k as f64).exp()).max(f64::MIN_POSITIVE).ln()).collect();
+        Power { lowest, step, ln }
+    }
+}
+
+/// Rows and orders by which the power of the response is computed.
+const POWER_ROWS: usize = 2000;
+const POWER_ORDERS: usize = 48;
+
+/// A power over the order, interpolated in its logarithm.
+struct Power {
+    lowest: f64,
+    step: f64,
+    ln: Vec<f64>,
+}
+
+impl Power {
+    fn at(&self, order: f64) -> f64 {
+        let position = ((order / self.lowest).ln() / self.step).clamp(0.0, (self.ln.len() - 1) as f64);
+        let k = (position as usize).min(self.ln.len().saturating_sub(2));
+        let part = position - k as f64;
+        (self.ln[k] + (self.ln[k + 1] - self.ln[k]) * part).exp()
+    }
+}
