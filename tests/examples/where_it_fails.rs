@@ -1,4 +1,4 @@
-//! True and false misfits of models (docs/fitting.md).
+//! True and false misfits of models (docs/how-explain-works.md).
 //!
 //! `cargo run -p stand-tests --example where_it_fails -- [own null logs]`
 
