@@ -18,7 +18,7 @@ test *arguments:
 ci *steps:
     .ci/run {{steps}}
 
-# runs a campaign and compares the results with the accepted ones: `just campaign explain`, `just campaign coverage`, `just campaign planted`
+# runs a campaign and compares it with the accepted results: `just campaign explain`, `coverage` or `planted`
 campaign *arguments:
     cargo run -p stand-tests --bin campaign -- {{arguments}}
 

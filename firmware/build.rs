@@ -1,8 +1,8 @@
 //! Copies memory.x of the workspace's root to where the linker finds it (the image only), and passes the build's commit to the library as
 //! `STAND_COMMIT`.
 //!
-//! The commit is the short hash, with `-dirty` where the firmware's sources differ from it, or `unknown` where the sources are not in their own
-//! git repository (an archive) or git is not installed. The script runs again when HEAD or the firmware's sources change.
+//! The commit is the short hash, with `-dirty` where the firmware's sources differ from it, or `unknown` where the sources are not in their
+//! own git repository (an archive) or git is not installed. The script runs again when HEAD or the firmware's sources change.
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};

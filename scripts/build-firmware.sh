@@ -1,6 +1,7 @@
 #!/bin/sh
-# Builds the image for the NUCLEO-F446RE, writes it as Intel HEX beside the ELF, checks its size and stack frames against firmware/budget.toml, and checks the call graphs of its interrupts, of the
-# console's parser and of the framing: none may reach a panic, and the interrupts no double-precision routine.
+# Builds the image for the NUCLEO-F446RE, writes it as Intel HEX beside the ELF, checks its size and stack frames against
+# firmware/budget.toml, and checks the call graphs of its interrupts, of the console's parser and of the framing: none may reach a panic,
+# and the interrupts no double-precision routine.
 set -eu
 cd "$(dirname "$0")/.."
 . scripts/firmware-cargo.sh

@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
-# The Python package as a user has it: the wheel for every x86-64 is built, installed into an empty environment, and tested there; types, notebooks.
-# Usage: scripts/check-python.sh [FOLDER]; the wheel is left in FOLDER, default target/wheels. Needs cargo and Python 3.10 or later with venv.
+# The Python package as a user has it: the wheel for every x86-64 is built, installed into an empty environment, and tested there; types,
+# notebooks.
+# Usage: scripts/check-python.sh [FOLDER]; the wheel is left in FOLDER, default target/wheels. Needs cargo and Python 3.10 or later with
+# venv.
 # WHEEL_PROFILE=dev builds it for this machine only, with the dependencies that `cargo test --workspace` has built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -17,7 +19,8 @@ rm -f "$wheels"/rotary_stand-*.whl
 profile="${WHEEL_PROFILE:-dist}"
 (
     if [ "$profile" = dist ]; then
-        # `.cargo/config.toml` compiles for this machine; a wheel is for all. The folder is its own, so that the builds do not replace each other.
+        # `.cargo/config.toml` compiles for this machine; a wheel is for all. The folder is its own, so that the builds do not replace each
+        # other.
         export RUSTFLAGS=-Ctarget-cpu=x86-64 CARGO_TARGET_DIR="$target/baseline"
     fi
     "$work/build/bin/maturin" build --quiet --manifest-path python/Cargo.toml --profile "$profile" --out "$wheels"

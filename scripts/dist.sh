@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# An archive for people who do not compile: `stand` for every x86-64 Linux, the image of the controller, man pages, completions, licences, SHA-256. A test unpacks it in an empty
-# folder and runs the main job.
-# Usage: scripts/dist.sh [FOLDER]; the archive is left in FOLDER, default target/dist. The image is left out where scripts/build-firmware.sh has not built it.
+# An archive for people who do not compile: `stand` for every x86-64 Linux, the image of the controller, man pages, completions, licences,
+# SHA-256. A test unpacks it in an empty folder and runs the main job.
+# Usage: scripts/dist.sh [FOLDER]; the archive is left in FOLDER, default target/dist. The image is left out where scripts/build-firmware.sh
+# has not built it.
 # DIST_PROFILE=dev packs the program of `cargo run`, for this machine only.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -15,7 +16,8 @@ folder="$work/$name"
 mkdir -p "$folder" "$out"
 
 if [ "${DIST_PROFILE:-dist}" = dist ]; then
-    # `.cargo/config.toml` compiles for this machine. The folder is the wheel's, so that builds for both kinds of machine do not replace each other.
+    # `.cargo/config.toml` compiles for this machine. The folder is the wheel's, so that builds for both kinds of machine do not replace
+    # each other.
     RUSTFLAGS=-Ctarget-cpu=x86-64 CARGO_TARGET_DIR="$target/baseline" cargo build --profile dist -p stand
     cp "$target/baseline/dist/stand" "$folder/stand"
 else

@@ -1,5 +1,5 @@
-# Cargo for the chip, sourced by build scripts: `firmware_cargo build …` and `$firmware_folder`, the target folder in use. Uses rustup's target if
-# installed, else Debian's compiler with the core library built from source.
+# Cargo for the chip, sourced by build scripts: `firmware_cargo build …` and `$firmware_folder`, the target folder in use. Uses rustup's
+# target if installed, else Debian's compiler with the core library built from source.
 
 firmware_target=thumbv7em-none-eabihf
 firmware_folder="${CARGO_TARGET_DIR:-target}"

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Campaigns and measurements behind the tables of docs/, in pieces. A piece of a campaign that is interrupted after 20 minutes goes on where it was when it is run again.
+# Campaigns and measurements behind the tables of docs/, in pieces. A piece of a campaign that is interrupted after 20 minutes goes on where
+# it was when it is run again.
 # Usage: scripts/full-benches.sh           lists the pieces
 #        scripts/full-benches.sh PIECE…    runs these pieces; `all` runs all
 # Pieces marked with * need external records: STAND_DATA names their folder.
@@ -10,7 +11,8 @@ bench() { cargo bench -q -p stand-tests --bench "$@"; }
 campaign() { cargo run -q -p stand-tests --bin campaign -- "$@"; }
 # 200 attempts of a scripted student; of the hunt, which takes half a minute for each, 30.
 lab() { LAB_SEEDS="$2" cargo test -q -p stand --test lab "honest_student_of_$1" -- --include-ignored --nocapture; }
-# The image at another opt-level, in a target folder of its own, and the tests of the chip on it. Exceeded limits are printed and do not end the piece.
+# The image at another opt-level, in a target folder of its own, and the tests of the chip on it. Exceeded limits are printed and do not end
+# the piece.
 image_at_level() {
     local folder="target/opt-level-$1" image
     CARGO_TARGET_DIR="$folder" CARGO_PROFILE_CHIP_OPT_LEVEL="$1" scripts/build-firmware.sh || echo "above: limits of firmware/budget.toml that are exceeded"

@@ -1,4 +1,5 @@
-//! Executes single instructions with given registers, for `tests/compare_with_unicorn.py`; `execute --speed` measures instructions per second.
+//! Executes single instructions with given registers, for `tests/compare_with_unicorn.py`; `execute --speed` measures instructions per
+//! second.
 //!
 //! Input, one case a line, hexadecimal: steps, code bytes, R0 to R14, xPSR, S0 to S31, FPSCR.
 //! Output: status, R15, R0 to R14, xPSR, S0 to S31, FPSCR, written bytes as address:value in the order of the addresses.

@@ -1,7 +1,7 @@
 //! The stand's board around the chip: pins, bridge, encoder, analog inputs, switches, sensor under test, on a plant of `hal-sim`.
 //!
-//! The plant is advanced where something reads it, in steps of at least 2 µs, and at each change of the bridge. Between two steps the angle is
-//! interpolated linearly for the times of the encoder's edges: within 50 µs at 1000 rad/s² the error is 0.001 count.
+//! The plant is advanced where something reads it, in steps of at least 2 µs, and at each change of the bridge. Between two steps the angle
+//! is interpolated linearly for the times of the encoder's edges: within 50 µs at 1000 rad/s² the error is 0.001 count.
 //!
 //! [`Time`] counts the periods of the crystal, whose frequency error the plant and the clock reference do not share.
 

@@ -1,5 +1,5 @@
-//! Messages that the image has logged through defmt, by level and format string, without their arguments. `defmt-print` shows them in full; its library would turn on a feature
-//! of serde_json that changes how the whole workspace reads numbers.
+//! Messages that the image has logged through defmt, by level and format string, without their arguments. `defmt-print` shows them in full;
+//! its library would turn on a feature of serde_json that changes how the whole workspace reads numbers.
 
 use crate::image::Image;
 use std::collections::BTreeMap;
@@ -11,7 +11,8 @@ struct Message {
     data: String,
 }
 
-/// The complete messages in a log of defmt's encoding (rzCOBS frames that end with a zero byte), in order: `INFO start after {}`. Frames that are damaged are named as such.
+/// The complete messages in a log of defmt's encoding (rzCOBS frames that end with a zero byte), in order: `INFO start after {}`. Frames
+/// that are damaged are named as such.
 pub fn messages(log: &[u8], image: &Image) -> Vec<String> {
     let texts: BTreeMap<u32, String> = image
         .symbols()

@@ -1,7 +1,8 @@
 //! The running chip: core and peripherals in step, exceptions, sleep, resets, measurements.
 //!
-//! Time follows the cycle model: the core's cycles by DDI 0439B, wait states of the flash with its caches. It is accurate to about 30 %, because
-//! bus contention, the depth of the prefetch and the write buffer are not modelled. Two runs of an image with the same input are identical.
+//! Time follows the cycle model: the core's cycles by DDI 0439B, wait states of the flash with its caches. It is accurate to about 30 %,
+//! because bus contention, the depth of the prefetch and the write buffer are not modelled. Two runs of an image with the same input are
+//! identical.
 
 use crate::board::Board;
 use crate::cpu::{Bus, Core, Event, Width};

@@ -1,4 +1,5 @@
-//! The core's own registers: NVIC, system control block, SysTick, MPU, FPU control (ARMv7-M, DDI 0403E chapter B3), debug and trace counters.
+//! The core's own registers: NVIC, system control block, SysTick, MPU, FPU control (ARMv7-M, DDI 0403E chapter B3), debug and trace
+//! counters.
 
 /// Exception numbers.
 pub const NMI: u32 = 2;

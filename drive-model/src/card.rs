@@ -35,7 +35,8 @@ pub struct Card {
     pub requires: &'static [Requirement],
     /// Elastic element that the effect adds to the drive.
     pub elastic: Option<Elastic>,
-    /// The effect that remains, with the other parameters, where the first parameter is zero, or where a number of periods per turn is whole.
+    /// The effect that remains, with the other parameters, where the first parameter is zero, or where a number of periods per turn is
+    /// whole.
     pub reduces_to: Option<&'static str>,
     /// The law depends on the measured supply voltage.
     pub uses_supply: bool,

@@ -49,7 +49,8 @@ pub struct Point<S> {
     pub supply_ratio: f64,
     /// The rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
-    /// The measured angle is the input of the model, a reference with which the rate of another sensor is compared; `omega` is then its slope.
+    /// The measured angle is the input of the model, a reference with which the rate of another sensor is compared; `omega` is then its
+    /// slope.
     pub reference_angle: bool,
     /// Columns of the log that expressions of the user use, in their units; 0 where there are none.
     pub columns: [f64; MAX_COLUMNS],

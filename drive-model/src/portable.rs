@@ -1,7 +1,8 @@
 //! Sine and exponential function of the laws, equal to the last bit on every machine.
 //!
 //! The standard library calls the C library of the system, whose results differ between systems and versions in the last digit. `libm` is
-//! compiled from Rust source and uses only basic operations, which IEEE 754 defines exactly. A law that the simulated plant evaluates uses these functions.
+//! compiled from Rust source and uses only basic operations, which IEEE 754 defines exactly. A law that the simulated plant evaluates uses
+//! these functions.
 
 /// Transcendental functions by `libm`; those of dual numbers have the derivatives by the chain rule.
 pub trait Portable: Sized {

@@ -1,7 +1,7 @@
 //! The scalars of the model: `f64`, and dual numbers that carry derivatives through the same equations.
 //!
-//! A [`Dual`] holds all its derivatives in an array, without a mark for absent ones, so that each operation is a short loop of fixed length which the compiler vectorises. Forward
-//! differentiation: Griewank and Walther, Evaluating Derivatives, 2nd edition, 2008, chapter 3.
+//! A [`Dual`] holds all its derivatives in an array, without a mark for absent ones, so that each operation is a short loop of fixed length
+//! which the compiler vectorises. Forward differentiation: Griewank and Walther, Evaluating Derivatives, 2nd edition, 2008, chapter 3.
 
 use crate::portable::Portable;
 use std::cmp::Ordering;
@@ -9,7 +9,8 @@ use std::fmt::{Debug, Display};
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// A scalar of the model. Comparisons and [`Scalar::re`] look at the value alone. Transcendental functions are those of `libm`, equal on every machine ([`Portable`]).
+/// A scalar of the model. Comparisons and [`Scalar::re`] look at the value alone. Transcendental functions are those of `libm`, equal on
+/// every machine ([`Portable`]).
 pub trait Scalar:
     Portable
     + Copy

@@ -73,8 +73,8 @@ pub enum PeriodOf {
 
 /// How the absence of an effect is tested, with the values at which the test starts.
 ///
-/// The variants up to [`Screening::HeatCapacities`] start where the effect is absent: one simulation gives the sensitivities of many effects.
-/// For the others zero is singular: each start needs a simulation of its own.
+/// The variants up to [`Screening::HeatCapacities`] start where the effect is absent: one simulation gives the sensitivities of many
+/// effects. For the others zero is singular: each start needs a simulation of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Screening {
     /// All coefficients at zero; if there are several, also each one alone. Other parameters at their start values.
@@ -83,7 +83,8 @@ pub enum Screening {
     FirstAtZero,
     /// Amplitude at zero, at each harmonic order that a scan of the log proposes. Parameters: amplitude, harmonic order, phase.
     Harmonics(HarmonicSource),
-    /// A periodic torque: amplitude at zero, at each number of periods that a scan of the log proposes. Parameters: amplitude, number of periods, phase.
+    /// A periodic torque: amplitude at zero, at each number of periods that a scan of the log proposes. Parameters: amplitude, number of
+    /// periods, phase.
     Periodicities(PeriodOf),
     /// All coefficients at zero, also each one alone; the last parameter, a time constant, at these fractions of the log's length.
     LogFractions(&'static [f64]),

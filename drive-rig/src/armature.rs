@@ -33,7 +33,8 @@ impl<S: Scalar> Rig<S> {
         let last = before + (target - before) * settled;
         let mean = target + (before - target) * settled / -x;
         if total.drop_V > 0.0 && before.re() * last.re() < 0.0 {
-            // At zero current, after τ ln(1 − before/target), the drop reverses: the current stays zero, or flows by the voltage beyond the drop.
+            // At zero current, after τ ln(1 − before/target), the drop reverses: the current stays zero, or flows by the voltage beyond the
+            // drop.
             let tau = inductance / resistance;
             let zero_s = tau * (-before / target).ln_1p();
             let rest_s = -zero_s + h;
@@ -51,10 +52,11 @@ impl<S: Scalar> Rig<S> {
 }
 
 impl<S: Scalar> Rig<S> {
-    /// Mean current of a winding that is connected for the fraction `connected` of the time and open in the rest, A; `u_V` is the mean of the applied voltage,
-    /// zero while the winding is open. Discontinuous conduction: the current falls to zero soon after the winding opens, through the diodes of the bridge, and the back-EMF
-    /// counts only while it is connected (Mohan, Undeland, Robbins, Power Electronics, 3rd ed., §7-3). With the supply U = `u_V`/`connected` the heat at stall is that of the
-    /// RMS voltage U √`connected`. The diodes block as long as the back-EMF is below the supply.
+    /// Mean current of a winding that is connected for the fraction `connected` of the time and open in the rest, A; `u_V` is the mean of
+    /// the applied voltage, zero while the winding is open. Discontinuous conduction: the current falls to zero soon after the winding
+    /// opens, through the diodes of the bridge, and the back-EMF counts only while it is connected (Mohan, Undeland, Robbins, Power
+    /// Electronics, 3rd ed., §7-3). With the supply U = `u_V`/`connected` the heat at stall is that of the RMS voltage U √`connected`. The
+    /// diodes block as long as the back-EMF is below the supply.
     fn part_time_current(&self, total: &Contributions<S>, back_emf_V: S, resistance: S, u_V: f64, connected: f64) -> S {
         if connected <= 0.0 {
             return S::zero();
@@ -63,11 +65,13 @@ impl<S: Scalar> Rig<S> {
     }
 }
 
-/// Least duration, in time constants of the winding, over which the course of the voltage about its mean matters: its response falls with the third power.
+/// Least duration, in time constants of the winding, over which the course of the voltage about its mean matters: its response falls with
+/// the third power.
 const MIN_TIME_CONSTANTS: f64 = 0.02;
 
-/// Response of a winding to the course of the voltage about its mean, from no current, times the resistance: mean over the time, and at its end. `course`: polynomial of the
-/// fraction of the time; `x`: the time in time constants. The solution of y' = x (u − y): the polynomial q with q' = x (u − q), and q(0) e^(−x s) that decays.
+/// Response of a winding to the course of the voltage about its mean, from no current, times the resistance: mean over the time, and at its
+/// end. `course`: polynomial of the fraction of the time; `x`: the time in time constants. The solution of y' = x (u − y): the polynomial q
+/// with q' = x (u − q), and q(0) e^(−x s) that decays.
 fn course_response<S: Scalar>([c0, c1, c2, c3]: [f64; 4], x: S) -> (S, S) {
     let mean = c0 + c1 / 2.0 + c2 / 3.0 + c3 / 4.0;
     let (constant, linear, quadratic, cubic) = if x.re() < MIN_TIME_CONSTANTS {

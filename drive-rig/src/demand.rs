@@ -17,7 +17,8 @@ pub struct Demand<S> {
 impl<S: Scalar> Rig<S> {
     /// Torque, current and voltage at rate `omega` (rad/s) and acceleration `alpha` (rad/s²).
     ///
-    /// `direction` in [−1, 1] is the sign of the motion for Coulomb friction; its magnitude is below one where the measured rate does not determine the sign.
+    /// `direction` in [−1, 1] is the sign of the motion for Coulomb friction; its magnitude is below one where the measured rate does not
+    /// determine the sign.
     pub fn demand(&self, row: &RowInput, omega: f64, alpha: f64, direction: f64, current_A: f64) -> Demand<S> {
         let rate = S::from(omega);
         let theta = S::from(row.theta.map_or(0.0, |t| t.0));

@@ -1,11 +1,11 @@
 //! The rig: a rotor, a shaft, an armature and a list of effects; one step, generic over the scalar.
 //!
-//! In `f64` it simulates; in dual numbers it also computes the exact derivatives with respect to each parameter and initial state. User models
-//! are simulated by it. The simulated stand does not use it: `hal_sim::plant` integrates the same effects by other methods.
+//! In `f64` it simulates; in dual numbers it also computes the exact derivatives with respect to each parameter and initial state. User
+//! models are simulated by it. The simulated stand does not use it: `hal_sim::plant` integrates the same effects by other methods.
 //!
-//! The step is the explicit midpoint rule, with three parts solved exactly: Coulomb friction ([`slide`]: no smoothing, no event
-//! search), the current of an inductive winding ([`armature`]) and a bristle. The twist of a shaft is a Taylor series; a stiff or stuck shaft uses the
-//! implicit midpoint rule ([`shaft`]). Local error O(h³) while nothing sticks, O(h²) at a reversal.
+//! The step is the explicit midpoint rule, with three parts solved exactly: Coulomb friction ([`slide`]: no smoothing, no event search),
+//! the current of an inductive winding ([`armature`]) and a bristle. The twist of a shaft is a Taylor series; a stiff or stuck shaft uses
+//! the implicit midpoint rule ([`shaft`]). Local error O(h³) while nothing sticks, O(h²) at a reversal.
 //!
 //! A *row* is one sample of the log with its input, over [t, t + dt). A *demand* is the torque, current and voltage of a prescribed motion.
 
@@ -71,10 +71,11 @@ pub struct RowInput {
     pub dt_s: f64,
     /// Voltage, current or torque, mean over the row; or the setpoint of the angle.
     pub input: f64,
-    /// Course of the voltage about its mean `input`: coefficients of the Legendre polynomials of degree 1, 2 and 3 over the row, V. Zero for other inputs.
+    /// Course of the voltage about its mean `input`: coefficients of the Legendre polynomials of degree 1, 2 and 3 over the row, V. Zero
+    /// for other inputs.
     pub voltage_course_V: [f64; 3],
-    /// Fraction of the row in which the bridge connects the winding. Below 1 the winding is open in the rest, and its current zero there: a bridge that
-    /// coasts in the off time of the PWM, and 0 for a motor that is disconnected.
+    /// Fraction of the row in which the bridge connects the winding. Below 1 the winding is open in the rest, and its current zero there: a
+    /// bridge that coasts in the off time of the PWM, and 0 for a motor that is disconnected.
     pub connected: f64,
     /// Measured angle at start and end, rad; `None`: the simulated angle.
     pub theta: Option<(f64, f64)>,
@@ -289,8 +290,8 @@ impl<S: Scalar> Rig<S> {
         if self.structure.inductance_H.is_none() || !self.input.is_voltage() || steps >= at_rest {
             return self.advance_in(state, row, steps);
         }
-        // While the current rises, a rotor that leaves rest or reverses is held by the Coulomb torque for a part of the step. The mean torque
-        // of the step does not contain that part.
+        // While the current rises, a rotor that leaves rest or reverses is held by the Coulomb torque for a part of the step. The mean
+        // torque of the step does not contain that part.
         let start = *state;
         let current = self.advance_in(state, row, steps);
         let (from, to) = (self.motor_omega(&start).re(), self.motor_omega(state).re());
@@ -323,7 +324,8 @@ impl<S: Scalar> Rig<S> {
         current / f64::from(steps)
     }
 
-    /// Channel readings at the start of `row`, before lag and skew, for rate, angle and temperature rise there; `current` is the mean of the row.
+    /// Channel readings at the start of `row`, before lag and skew, for rate, angle and temperature rise there; `current` is the mean of
+    /// the row.
     pub fn read(&self, (omega, theta, heat_K): (S, S, S), row: &RowInput, current: S) -> Reading<S> {
         let mut reading = Reading::of(omega, theta, current);
         let x = self.point(row, Part::BEGIN, theta, omega, current, heat_K);
@@ -347,16 +349,16 @@ impl<S: Scalar> Rig<S> {
         if state.step_s == 0.0 || state.current == 0.0 || row.connected < 1.0 {
             return state.current;
         }
-        // Along a ramp of the rate the current follows the back-EMF with the delay L/R. A step of length h takes the back-EMF of its middle: its mean current is right, but the current at its end
-        // has the delay h/(1 − exp(−h R/L)) − h/2.
+        // Along a ramp of the rate the current follows the back-EMF with the delay L/R. A step of length h takes the back-EMF of its
+        // middle: its mean current is right, but the current at its end has the delay h/(1 − exp(−h R/L)) − h/2.
         let time_constant_s = inductance / (self.base.resistance * total.resistance_factor + total.series_ohm);
         let settled = -(-S::from(state.step_s) / time_constant_s).exp_m1();
         let delay_s = settled.recip() * state.step_s - 0.5 * state.step_s;
         state.current - motor_constant * state.acceleration_rad_s2 * (delay_s - time_constant_s) * time_constant_s / inductance
     }
 
-    /// Sum of the contributions of all effects at `x`, a point of `row`, and of the regulator of a servo at the simulated angle `theta`. The regulator acts on
-    /// that angle: a line between two measured ones lacks the curvature of the motion.
+    /// Sum of the contributions of all effects at `x`, a point of `row`, and of the regulator of a servo at the simulated angle `theta`.
+    /// The regulator acts on that angle: a line between two measured ones lacks the curvature of the motion.
     #[inline]
     pub(crate) fn contributions(&self, x: &Point<S>, row: &RowInput, theta: S) -> Contributions<S> {
         let mut total = Contributions::none();
@@ -459,7 +461,8 @@ impl<S: Scalar> Rig<S> {
         Motor { torque, coulomb_torque: total.coulomb_torque_under(drive), mean_A, last_A }
     }
 
-    /// Inertia of the platform side beside `constant`, kg m², and the torque −½ J′ ω² of Lagrange's equation: (J ω)′ − ½ J′ ω² is the torque.
+    /// Inertia of the platform side beside `constant`, kg m², and the torque −½ J′ ω² of Lagrange's equation: (J ω)′ − ½ J′ ω² is the
+    /// torque.
     #[inline]
     fn varying_inertia(&self, total: &Contributions<S>, constant: S, omega: S) -> (S, S) {
         let inertia = constant + self.base.inertia * total.inertia_variation;

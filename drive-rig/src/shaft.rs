@@ -47,8 +47,8 @@ impl<S: Scalar> TwoBodies<S> {
         self.twist_on(beyond, shaft, &between, end, (-part + 1.0) * h);
     }
 
-    /// As [`TwoBodies::twist`] for an unchanged contact: both masses by the series of [`TwoBodies::swing`]. If the shaft is too stiff, or the motor
-    /// comes to rest: the twist by the implicit midpoint rule (stable at any stiffness), then each mass by [`slide`].
+    /// As [`TwoBodies::twist`] for an unchanged contact: both masses by the series of [`TwoBodies::swing`]. If the shaft is too stiff, or
+    /// the motor comes to rest: the twist by the implicit midpoint rule (stable at any stiffness), then each mass by [`slide`].
     fn twist_on<H>(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, h: H)
     where
         S: Mul<H, Output = S> + Add<H, Output = S>,
@@ -84,8 +84,8 @@ impl<S: Scalar> TwoBodies<S> {
         self.turn(start, end, through, h);
     }
 
-    /// Oscillation of motor against platform while the motor slides: the twist x'' = a − k x − c x' by its Taylor series up to h⁵,
-    /// the common motion exactly. `motor` is the acceleration of the motor without the shaft. Returns whether the result is valid: the series
+    /// Oscillation of motor against platform while the motor slides: the twist x'' = a − k x − c x' by its Taylor series up to h⁵, the
+    /// common motion exactly. `motor` is the acceleration of the motor without the shaft. Returns whether the result is valid: the series
     /// converges, and the motor did not come to rest.
     fn swing<H>(&self, start: &State<S>, end: &mut State<S>, motor: S, (wound, k, c): (S, S, S), h: H) -> bool
     where

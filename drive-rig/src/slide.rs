@@ -7,8 +7,8 @@ use drive_model::Scalar;
 /// A rotor of inertia J over `h` seconds under a constant torque and a Coulomb torque: (rate at the end, change of angle).
 ///
 /// The soft threshold of Moreau's scheme, ω' = sign(free)·max(|free| − h·coulomb/J, 0), solved in closed form also where the rate passes
-/// through zero within the step: until then the Coulomb torque opposes the old direction; afterwards the rotor sticks (|torque| ≤ coulomb) or
-/// slides in the other direction. There the error of Moreau's step is up to 2·h·coulomb/J. Derivatives are exact almost everywhere.
+/// through zero within the step: until then the Coulomb torque opposes the old direction; afterwards the rotor sticks (|torque| ≤ coulomb)
+/// or slides in the other direction. There the error of Moreau's step is up to 2·h·coulomb/J. Derivatives are exact almost everywhere.
 ///
 /// The step length is a plain number, or a scalar with derivatives where an event within the step sets it.
 #[inline]

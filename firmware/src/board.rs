@@ -59,8 +59,8 @@ impl Sub for Ticks {
 
 /// Numbers the control ticks by a counter of the core's cycles, lost ticks included.
 ///
-/// The counter and the timer of the ticks have one clock. A handler begins some cycles after its tick; the least delay seen so far marks where ticks
-/// begin. After a stall of the core one tick is served late and the next one in time: each counts once.
+/// The counter and the timer of the ticks have one clock. A handler begins some cycles after its tick; the least delay seen so far marks
+/// where ticks begin. After a stall of the core one tick is served late and the next one in time: each counts once.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TickCounter {
     /// Number of the present tick.
@@ -91,8 +91,8 @@ impl TickCounter {
 pub struct EncoderCount(pub u16);
 
 impl EncoderCount {
-    /// Counts from `earlier` to `self`. Correct while the counter moves less than half a wrap between readings (1.6 turns at 20 000 counts per
-    /// turn).
+    /// Counts from `earlier` to `self`. Correct while the counter moves less than half a wrap between readings (1.6 turns at 20 000 counts
+    /// per turn).
     pub fn since(self, earlier: Self) -> i16 {
         self.0.wrapping_sub(earlier.0) as i16
     }
@@ -257,9 +257,10 @@ pub struct Sensed {
     pub tick: u64,
     /// The speed loop's encoder counter.
     pub encoder: EncoderCount,
-    /// Steps of the edge timer ([`Hardware::edge_timer_Hz`]) from the last encoder edge on either channel to the start of this tick. The start
-    /// is at exact multiples of 100 µs of that timer, independent of the interrupt's latency. The age belongs to `encoder`: it is negative
-    /// (two's complement) if the edge came between the start of the tick and the reading. It saturates; `u32::MAX` before the first edge.
+    /// Steps of the edge timer ([`Hardware::edge_timer_Hz`]) from the last encoder edge on either channel to the start of this tick. The
+    /// start is at exact multiples of 100 µs of that timer, independent of the interrupt's latency. The age belongs to `encoder`: it is
+    /// negative (two's complement) if the edge came between the start of the tick and the reading. It saturates; `u32::MAX` before the
+    /// first edge.
     pub edge_age: u32,
     /// Newest conversion of the motor current.
     pub current: CurrentCode,
@@ -340,7 +341,8 @@ pub trait Board {
     fn edge(&mut self) -> Option<Edge>;
     /// That counter and the time at the start of the latest index pulse; `None` if no pulse started since the last call.
     fn index(&mut self) -> Option<Edge>;
-    /// Time of the last edge on the input of the clock reference (1PPS); `None` if there was none since the last call, and on a board without that input.
+    /// Time of the last edge on the input of the clock reference (1PPS); `None` if there was none since the last call, and on a board
+    /// without that input.
     fn reference_pulse(&mut self) -> Option<EdgeTime> {
         None
     }
@@ -360,8 +362,8 @@ pub trait Board {
     fn roll(&mut self) -> Option<Stamped<RollCode>> {
         None
     }
-    /// Samples the angle sensor at `at` and sets the torquer's output from `at` on. `at` is a whole millisecond in the future. The control tick
-    /// does both, so that the delay of the tasks has no effect. A late call acts at once, and the sample's stamp shows the delay.
+    /// Samples the angle sensor at `at` and sets the torquer's output from `at` on. `at` is a whole millisecond in the future. The control
+    /// tick does both, so that the delay of the tasks has no effect. A late call acts at once, and the sample's stamp shows the delay.
     fn torque(&mut self, _at: Ticks, _step: TorquerStep) {}
     /// SPI bus of the sensor under test, on the first call; `None` later and on a board without the bus.
     fn sensor_bus(&mut self) -> Option<Self::SensorBus>;

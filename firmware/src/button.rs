@@ -1,13 +1,13 @@
 //! The user button and the user LED of the board.
 //!
-//! While the drive is on, a press is an emergency stop. While it is off, clearing a fault and starting are two presses: with a fault latched a short
-//! press clears it, and the next one starts the selected profile. An emergency stop is not cleared by the button: it takes its release and
-//! `FAULt:CLEar` on the console, so that nobody starts a stand that somebody else has stopped. A press of two seconds without a fault starts the
-//! measurement of cogging and friction.
+//! While the drive is on, a press is an emergency stop. While it is off, clearing a fault and starting are two presses: with a fault
+//! latched a short press clears it, and the next one starts the selected profile. An emergency stop is not cleared by the button: it takes
+//! its release and `FAULt:CLEar` on the console, so that nobody starts a stand that somebody else has stopped. A press of two seconds
+//! without a fault starts the measurement of cogging and friction.
 //!
-//! A press enters a console line, which is parsed and checked as every received one. A start by the button allows an hour without a host: whoever
-//! presses it stands by. The LED is on while the drive is on, blinks slowly while a
-//! fault is latched, and fast after an emergency stop.
+//! A press enters a console line, which is parsed and checked as every received one. A start by the button allows an hour without a host:
+//! whoever presses it stands by. The LED is on while the drive is on, blinks slowly while a fault is latched, and fast after an emergency
+//! stop.
 
 use crate::board::{Clock, TICKS_PER_ROW};
 use crate::console::StopLine;

@@ -1,10 +1,10 @@
 //! The portable part of the stand's firmware.
 //!
-//! The control law is synchronous: [`speed_loop`] is a function of the 10 kHz timer interrupt. All else is asynchronous: [`measurement_loop`] and
-//! [`profile`] are futures with lower priority, and a [`mailbox`] passes values between both. A [`session`] runs a profile and measures
-//! it. [`calibration`] measures cogging and friction; the result is a [`compensation`] that the speed loop feeds forward. [`app`] is the whole
-//! program with console and telemetry. [`board`] has the traits of the hardware. The caller owns all memory, so that a test or the
-//! simulator can run many stands.
+//! The control law is synchronous: [`speed_loop`] is a function of the 10 kHz timer interrupt. All else is asynchronous:
+//! [`measurement_loop`] and [`profile`] are futures with lower priority, and a [`mailbox`] passes values between both. A [`session`] runs a
+//! profile and measures it. [`calibration`] measures cogging and friction; the result is a [`compensation`] that the speed loop feeds
+//! forward. [`app`] is the whole program with console and telemetry. [`board`] has the traits of the hardware. The caller owns all memory,
+//! so that a test or the simulator can run many stands.
 //!
 //! The library has no `unsafe` code. The tick cannot reach a panic and calls no double-precision routine.
 #![cfg_attr(not(test), no_std)]
@@ -46,8 +46,8 @@ pub mod supervision;
 pub mod telemetry;
 pub mod text;
 
-/// Commit of the sources that this program was built from: the short hash, with `-dirty` where the firmware's sources differ from the commit, or
-/// `unknown` without git (build.rs).
+/// Commit of the sources that this program was built from: the short hash, with `-dirty` where the firmware's sources differ from the
+/// commit, or `unknown` without git (build.rs).
 pub const COMMIT: &str = env!("STAND_COMMIT");
 
 /// Firmware level: version and commit, as `*IDN?` replies it in its fourth field (IEEE 488.2 §10.14) and the logs' notes carry it.

@@ -1,4 +1,5 @@
-//! Values exchanged between priorities: the newest value wins, and nobody waits. [`Mailbox`] gives each value once, [`SharedCell`] keeps it.
+//! Values exchanged between priorities: the newest value wins, and nobody waits. [`Mailbox`] gives each value once, [`SharedCell`] keeps
+//! it.
 //!
 //! The value is copied with interrupts held off, some hundred cycles for the largest one. A flag says whether it is new, so that a reader
 //! who polls in each tick pays one load. (`embassy_sync::signal::Signal` moves the whole value at each poll.)

@@ -1,7 +1,7 @@
 //! Why the controller has started.
 //!
-//! In: the reset flags of the chip (RCC_CSR, RM0390 §6.3.21) and a note that the program leaves in memory before it resets the chip itself. Out: a
-//! [`ResetCause`], for the log and `SYSTem:RESet:CAUSe?`.
+//! In: the reset flags of the chip (RCC_CSR, RM0390 §6.3.21) and a note that the program leaves in memory before it resets the chip itself.
+//! Out: a [`ResetCause`], for the log and `SYSTem:RESet:CAUSe?`.
 
 /// Cause of the last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

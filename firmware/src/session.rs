@@ -1,8 +1,8 @@
 //! A session runs a profile and measures it for a given time.
 //!
-//! In: the board, the profile and the measurement loop. Out: rows into a sink. The board calls the control interrupt. A session begins at the
-//! first whole millisecond that is at least one millisecond ahead, so that the speed loop has its first segment in time, and ends with the
-//! drive off.
+//! In: the board, the profile and the measurement loop. Out: rows into a sink. The board calls the control interrupt. A session begins at
+//! the first whole millisecond that is at least one millisecond ahead, so that the speed loop has its first segment in time, and ends with
+//! the drive off.
 
 use crate::board::{Board, Clock, ROW_HZ, TICKS_PER_ROW, Ticks};
 use crate::measurement_loop::{MeasurementLoop, RowSink};

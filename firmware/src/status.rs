@@ -1,9 +1,10 @@
 //! Status of the drive: the latched fault, and the limits in force.
 //!
-//! A [`Fault`] has switched the drive off and stays latched until it is cleared. [`Limits`] are not faults: the drive runs and holds the output back.
+//! A [`Fault`] has switched the drive off and stays latched until it is cleared. [`Limits`] are not faults: the drive runs and holds the
+//! output back.
 
-/// A reason to switch the drive off. Each latches: the first is kept until it is cleared, and that takes its cause to be gone. An emergency stop
-/// replaces another fault.
+/// A reason to switch the drive off. Each latches: the first is kept until it is cleared, and that takes its cause to be gone. An emergency
+/// stop replaces another fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fault {
     /// It was not.

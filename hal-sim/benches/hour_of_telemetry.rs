@@ -1,9 +1,9 @@
 //! An hour of virtual time with the stand turning and all rows on the line at 1 kHz: no frame may be lost, memory must stay flat.
 //!
-//! Method: the whole controller runs behind its serial line at 921 600 baud. Each 10 ms the host reads what has arrived and decodes it with the
-//! firmware's own deframer. Frames and rows are counted by their numbers. Resident memory is read from the system after the first minute and
-//! at the end. Fails where a frame or row is missing or damaged, or where memory grew by more than a megabyte; a run of one minute
-//! or less does not measure memory. `cargo bench -p hal-sim --bench hour_of_telemetry [-- MINUTES]`.
+//! Method: the whole controller runs behind its serial line at 921 600 baud. Each 10 ms the host reads what has arrived and decodes it with
+//! the firmware's own deframer. Frames and rows are counted by their numbers. Resident memory is read from the system after the first
+//! minute and at the end. Fails where a frame or row is missing or damaged, or where memory grew by more than a megabyte; a run of one
+//! minute or less does not measure memory. `cargo bench -p hal-sim --bench hour_of_telemetry [-- MINUTES]`.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::clock::VirtualClock;

@@ -4,8 +4,9 @@
 //! (plant, then the tick interrupt at its exact times, before any task of the same time) and polls again. Each stand
 //! has its own [`VirtualClock`]; nothing is global, so that several run in parallel with the same results as alone.
 //!
-//! [`run_prioritised`] has two priorities: a poll of the lower one takes the time that was charged by [`VirtualClock::charge`], and the higher
-//! one runs meanwhile. [`VirtualClock::stall`] stalls both and the interrupts. The effects of a charged poll occur at its begin. Not simulated: the duration of other code.
+//! [`run_prioritised`] has two priorities: a poll of the lower one takes the time that was charged by [`VirtualClock::charge`], and the
+//! higher one runs meanwhile. [`VirtualClock::stall`] stalls both and the interrupts. The effects of a charged poll occur at its begin. Not
+//! simulated: the duration of other code.
 
 use embassy_futures::select::Either;
 use stand_firmware::board::{Clock, Ticks};
@@ -58,8 +59,8 @@ impl VirtualClock {
         self.charged.set(self.charged.get().saturating_add(steps));
     }
 
-    /// Stalls the core from the end of the present poll of the lower priority on, in board clock steps. The simulation holds tasks and interrupts of
-    /// the firmware back while [`VirtualClock::is_stalled_at`] says so; a host runs on.
+    /// Stalls the core from the end of the present poll of the lower priority on, in board clock steps. The simulation holds tasks and
+    /// interrupts of the firmware back while [`VirtualClock::is_stalled_at`] says so; a host runs on.
     pub fn stall(&self, steps: u64) {
         self.stalled.set(self.stalled.get().saturating_add(steps));
     }
@@ -131,8 +132,8 @@ impl Wake for Flag {
 #[error("at {0:?} every task waits for something that no other task will do")]
 pub struct Stuck(pub Ticks);
 
-/// Runs two priorities until one of them ends, as [`run`] does one. A poll of `low` lasts as long as was charged within it; until its end `low` is
-/// not polled again, while time advances and `high` runs.
+/// Runs two priorities until one of them ends, as [`run`] does one. A poll of `low` lasts as long as was charged within it; until its end
+/// `low` is not polled again, while time advances and `high` runs.
 ///
 /// # Errors
 /// [`Stuck`] if all tasks wait and none of them for a time.

@@ -1,9 +1,9 @@
 //! The whole simulated controller: the firmware's app on the simulated board, with its serial line and its flash.
 //!
-//! Input: a setup, a plant, and a host (a future: a test script, or endless). Output: the result of the host. Time is virtual; `outside` is called
-//! before each advance, so that a caller can synchronise with real time and transfer bytes to and from [`Controller::line`]. The
-//! faults of [`crate::faults`] act here too, including the serial line and the supply: a power cut stops the program at any
-//! point, and it restarts with the present contents of the flash.
+//! Input: a setup, a plant, and a host (a future: a test script, or endless). Output: the result of the host. Time is virtual; `outside` is
+//! called before each advance, so that a caller can synchronise with real time and transfer bytes to and from [`Controller::line`]. The
+//! faults of [`crate::faults`] act here too, including the serial line and the supply: a power cut stops the program at any point, and it
+//! restarts with the present contents of the flash.
 
 use crate::board::{Bench, PlantPort, SimBoard};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};

@@ -134,13 +134,14 @@ pub fn run(stand: StandSetup, plant: impl PlantPort + 'static, request: SessionR
 pub struct Block {
     /// Notes in addition to those of earlier blocks.
     pub notes: Vec<(String, String)>,
-    /// Names and values, the same names in each block; a column that the first row lacks is absent, and `turn_s` where the first block has no whole turn.
+    /// Names and values, the same names in each block; a column that the first row lacks is absent, and `turn_s` where the first block has
+    /// no whole turn.
     pub columns: Vec<(&'static str, Vec<f64>)>,
 }
 
-/// Runs a session and passes its rows to `take` in blocks of `block_rows`, for logs longer than the memory. A session of at most `block_rows` rows is one
-/// block, equal to the record of [`run`]. The session ends early once `take` or, asked with each row, `goes_on` returns false. At least one block is
-/// passed, the last one with the notes on the whole session.
+/// Runs a session and passes its rows to `take` in blocks of `block_rows`, for logs longer than the memory. A session of at most
+/// `block_rows` rows is one block, equal to the record of [`run`]. The session ends early once `take` or, asked with each row, `goes_on`
+/// returns false. At least one block is passed, the last one with the notes on the whole session.
 ///
 /// # Errors
 /// As [`run`].

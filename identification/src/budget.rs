@@ -1,8 +1,8 @@
 //! How much an analysis may compute: a counted effort, which is the same on every machine, and a deadline.
 //!
-//! The effort is the number of simulated rows × lanes; a lane is the value or one derivative. Simulations that run side by side add to one count, in any order.
-//! The limit is therefore judged at checkpoints alone, where nothing else of the same analysis computes: the answer does not depend on the number of
-//! threads. A deadline ends a computation at once.
+//! The effort is the number of simulated rows × lanes; a lane is the value or one derivative. Simulations that run side by side add to one
+//! count, in any order. The limit is therefore judged at checkpoints alone, where nothing else of the same analysis computes: the answer
+//! does not depend on the number of threads. A deadline ends a computation at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

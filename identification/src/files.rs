@@ -1,7 +1,7 @@
 //! Files that are replaced as a whole, and files that several processes edit.
 //!
-//! A reader sees the previous file or the new one, never a part: the contents are written to a temporary file in the same folder, synced to the disk, and
-//! renamed. A killed program leaves at most a temporary file whose name begins with a dot.
+//! A reader sees the previous file or the new one, never a part: the contents are written to a temporary file in the same folder, synced to
+//! the disk, and renamed. A killed program leaves at most a temporary file whose name begins with a dot.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};

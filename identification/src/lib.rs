@@ -1,7 +1,8 @@
-//! Logs, models and identification: from the file of a measurement to the parameters of a drive and the physical effect that its model lacks.
+//! Logs, models and identification: from the file of a measurement to the parameters of a drive and the physical effect that its model
+//! lacks.
 //!
-//! Layers, lowest first: [`statistics`], [`files`], [`words`], [`deadline`] and [`budget`]; [`log`]; [`model`]; [`identify`]. All of them return data; text, HTML and JSON are made in
-//! `stand-report`.
+//! Layers, lowest first: [`statistics`], [`files`], [`words`], [`deadline`] and [`budget`]; [`log`]; [`model`]; [`identify`]. All of them
+//! return data; text, HTML and JSON are made in `stand-report`.
 
 pub mod budget;
 pub mod deadline;

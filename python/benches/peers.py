@@ -73,7 +73,8 @@ def slope(x: np.ndarray, t: np.ndarray) -> np.ndarray:
 def prepared(frame: pd.DataFrame) -> dict[str, np.ndarray]:
     """The columns, the heat of the winding, and the slopes of rate, current and angle."""
     raw = {name: frame[name].to_numpy() for name in frame}
-    # Angle and rate are readings at the time of a row, voltage and current are means of the interval after it: all are brought to its middle.
+    # Angle and rate are readings at the time of a row, voltage and current are means of the interval after it: all are brought to its
+    # middle.
     m = {name: (x[1:] + x[:-1]) / 2 if name in ("theta_rad", "omega_rad_s", "t_s") else x[:-1] for name, x in raw.items()}
     decay = np.exp(-m["t_s"] / 20)
     m["heat"] = np.cumsum(m["i_A"] ** 2 / decay) * decay

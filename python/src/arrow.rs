@@ -121,7 +121,8 @@ fn ticks_per_s(unit: TimeUnit) -> f64 {
     }
 }
 
-/// Appends time stamps as seconds after the first one, which is the origin of the column: an `f64` of the seconds since 1970 resolves 0.2 µs.
+/// Appends time stamps as seconds after the first one, which is the origin of the column: an `f64` of the seconds since 1970 resolves 0.2
+/// µs.
 fn append_times(column: &mut TableColumn, array: &ArrayRef, ticks_per_s: f64) -> Result<(), ArrowError> {
     let ticks = cast(array, &DataType::Int64)?;
     let ticks = ticks.as_primitive::<Int64Type>();

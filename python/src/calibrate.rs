@@ -74,7 +74,8 @@ pub fn calibrate(
     })
 }
 
-/// Runs a session on the simulated stand in virtual time; its raw logs and journal are in the folder, from which [`calibrate`] computes the record.
+/// Runs a session on the simulated stand in virtual time; its raw logs and journal are in the folder, from which [`calibrate`] computes the
+/// record.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "arguments of the Python function")]
 pub fn calibrate_simulated(

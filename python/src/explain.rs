@@ -15,8 +15,8 @@ use crate::log::Log;
 use crate::model::Model;
 use crate::task;
 
-/// The effect that the model lacks in the logs together. After the limit of effort (passes) or time the verdict is `not-finished`, and the answer has the state to
-/// continue from.
+/// The effect that the model lacks in the logs together. After the limit of effort (passes) or time the verdict is `not-finished`, and the
+/// answer has the state to continue from.
 #[pyfunction]
 pub fn explain(
     py: Python<'_>,

@@ -1,7 +1,8 @@
 //! Extension module `rotary_stand._native`: the library's logs, models, analyses and stand for the Python package around it.
 //!
-//! No analysis is here. A call converts its arguments, runs one function of the library on a thread of its own without the interpreter's lock ([`task`]), and
-//! returns the answer in the forms of [`stand_report`] ([`answer`]). Errors become exceptions of `rotary_stand.errors` ([`error`]).
+//! No analysis is here. A call converts its arguments, runs one function of the library on a thread of its own without the interpreter's
+//! lock ([`task`]), and returns the answer in the forms of [`stand_report`] ([`answer`]). Errors become exceptions of `rotary_stand.errors`
+//! ([`error`]).
 
 mod answer;
 mod arrow;

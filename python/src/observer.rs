@@ -11,7 +11,8 @@ use crate::error::{analysis_error, log_error};
 use crate::log::Log;
 use crate::task;
 
-/// What is asked of an observer: all poles at −ω (1/s) or a list of poles, kind, row and gain of the integral channel, highest vibration frequency (Hz).
+/// What is asked of an observer: all poles at −ω (1/s) or a list of poles, kind, row and gain of the integral channel, highest vibration
+/// frequency (Hz).
 type Design = (Option<f64>, Option<String>, Option<String>, Option<usize>, Option<f64>, Option<f64>);
 
 fn kind_of(word: &str) -> PyResult<Kind> {

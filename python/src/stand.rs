@@ -159,7 +159,8 @@ impl Stand {
         let link = self.link.clone();
         py.detach(|| {
             if let Some(mut link) = locked(&link).take() {
-                // Also where the stand runs unattended, and where a calibration refuses OUTPut OFF. The link reports what fails when it is dropped.
+                // Also where the stand runs unattended, and where a calibration refuses OUTPut OFF. The link reports what fails when it is
+                // dropped.
                 let _ = link.command("OUTPut OFF").or_else(|_| link.stop());
             }
             #[cfg(unix)]

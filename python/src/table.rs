@@ -14,7 +14,8 @@ use crate::error::{log_error, log_error_at};
 /// Pairs of names, as Python gives a mapping.
 pub type Pairs = Vec<(String, String)>;
 
-/// A column as `rotary_stand._convert` prepares it: name, numbers less `origin`, origin, whether the cells are dates, and the first cell that is no number.
+/// A column as `rotary_stand._convert` prepares it: name, numbers less `origin`, origin, whether the cells are dates, and the first cell
+/// that is no number.
 pub type ColumnOfPython<'py> = (String, PyReadonlyArray1<'py, f64>, f64, bool, Option<(usize, String)>);
 
 /// The table of these columns with the notes of the log.
@@ -31,7 +32,8 @@ pub fn table_of(columns: Vec<ColumnOfPython<'_>>, notes: Pairs) -> Table {
     Table { columns: columns.into_iter().enumerate().map(column).collect(), notes, ..Table::default() }
 }
 
-/// What the caller states about a log of another program, as `rotary_stand._convert.stated` prepares it: names of the columns, units, sample rate in Hz, notes.
+/// What the caller states about a log of another program, as `rotary_stand._convert.stated` prepares it: names of the columns, units,
+/// sample rate in Hz, notes.
 pub type Stated = (Pairs, Pairs, Option<f64>, Pairs);
 
 /// The statements of the library.

@@ -1,4 +1,5 @@
-// What the browser scripts share: a served stand, a relay that sees every byte between panel and stand, the panel, a viewer without a browser.
+// What the browser scripts share: a served stand, a relay that sees every byte between panel and stand, the panel, a viewer without a
+// browser.
 import { spawn } from "node:child_process";
 import { createInterface } from "node:readline";
 import { connect, createServer } from "node:net";

@@ -1,5 +1,5 @@
-// Ten channels at 1 kHz for some minutes in an unattended recording, with the page frozen for 30 s midway: no row is lost, the drive is off at the end, memory is flat.
-//   node endurance.mjs STAND CHROMIUM FOLDER MINUTES
+// Ten channels at 1 kHz for some minutes in an unattended recording, with the page frozen for 30 s midway: no row is lost, the drive is off
+// at the end, memory is flat. node endurance.mjs STAND CHROMIUM FOLDER MINUTES
 import { readFile } from "node:fs/promises";
 import puppeteer from "puppeteer-core";
 import { bench, claim, click, pause, request, watch } from "./bench.mjs";
@@ -22,7 +22,8 @@ try {
   await page.goto(address.href);
   await page.waitForFunction(() => document.querySelector("#take") && !document.querySelector("#take").disabled);
   const viewer = await watch(address);
-  // Page and program hold 30 s of rows: their memory is that of the running instrument from then on. In a run of one minute the margin covers these rows.
+  // Page and program hold 30 s of rows: their memory is that of the running instrument from then on. In a run of one minute the margin
+  // covers these rows.
   await pause(seconds > 60 ? 35_000 : 5000);
   await click(page, "#take");
   await page.waitForSelector("#record:not([disabled])");

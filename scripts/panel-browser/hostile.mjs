@@ -20,7 +20,8 @@ await writeFile(`${session}/compare-1.json`, JSON.stringify({ log: MARKUP, model
 await writeFile(`${session}/compensate-1.json`, JSON.stringify({ port: MARKUP, source: SCRIPT, in_force: [MARKUP], left_out: [SCRIPT], left_out_reasons: [{ kind: "effect", effect: MARKUP }], withdrawn: true, saved: false, ripple: null, spectrum: null }));
 await writeFile(`${session}/evil.toml`, `input = "voltage"\n[parameters]\n"${MARKUP.replaceAll('"', '\\"')}" = 1.0\n`);
 
-// Host names of the hostile sites lead to this computer, as after DNS rebinding. Chromium's own guard of local addresses is off, so that the program's is tested.
+// Host names of the hostile sites lead to this computer, as after DNS rebinding. Chromium's own guard of local addresses is off, so that
+// the program's is tested.
 const browser = await puppeteer.launch({
   executablePath: chromium, headless: true,
   args: ["--no-sandbox", "--lang=en", "--host-resolver-rules=MAP evil.test 127.0.0.1", "--disable-features=LocalNetworkAccessChecks,BlockInsecurePrivateNetworkRequests,PrivateNetworkAccessSendPreflights"],

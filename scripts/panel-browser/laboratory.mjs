@@ -1,6 +1,5 @@
-// The laboratory works of a session in headless Chromium: instructions, answers, check, report, and the refusal of an early explain; by keyboard, in both languages.
-//   node laboratory.mjs STAND CHROMIUM FOLDER [PICTURES]
-// Exit status 0: all claims hold.
+// The laboratory works of a session in headless Chromium: instructions, answers, check, report, and the refusal of an early explain; by
+// keyboard, in both languages. node laboratory.mjs STAND CHROMIUM FOLDER [PICTURES] Exit status 0: all claims hold.
 import { execFileSync } from "node:child_process";
 import { appendFileSync, existsSync, readFileSync } from "node:fs";
 import puppeteer from "puppeteer-core";

@@ -1,6 +1,5 @@
-// A log of another program in headless Chromium: its mapping, the comparison, cursors, exports; by keyboard, in both languages. And the time until the plots of a log of 30 s are drawn.
-//   node logs.mjs STAND CHROMIUM FOLDER [PICTURES]
-// Exit status 0: all claims hold.
+// A log of another program in headless Chromium: its mapping, the comparison, cursors, exports; by keyboard, in both languages. And the
+// time until the plots of a log of 30 s are drawn. node logs.mjs STAND CHROMIUM FOLDER [PICTURES] Exit status 0: all claims hold.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import puppeteer from "puppeteer-core";

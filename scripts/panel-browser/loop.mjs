@@ -1,6 +1,6 @@
-// The main loop of `stand panel` in headless Chromium, by keyboard alone, in both languages.
-//   node loop.mjs STAND CHROMIUM FOLDER [PICTURES]
-// STAND: the program; CHROMIUM: the browser; FOLDER: an empty folder for sessions; PICTURES: folder for screenshots. Exit status 0: all claims hold.
+// The main loop of `stand panel` in headless Chromium, by keyboard alone, in both languages. node loop.mjs STAND CHROMIUM FOLDER [PICTURES]
+// STAND: the program; CHROMIUM: the browser; FOLDER: an empty folder for sessions; PICTURES: folder for screenshots. Exit status 0: all
+// claims hold.
 import puppeteer from "puppeteer-core";
 import { accessible, chromium, claim, focus, panel, pause, picture, press, tab, text, type, untranslated } from "./page.mjs";
 

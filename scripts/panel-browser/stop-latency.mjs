@@ -1,6 +1,6 @@
-// Time from STOP on a page's WebSocket to the byte 0x18 on the line, under a stream of all default channels at 1 kHz and a running `explain`.
-//   node stop-latency.mjs STAND FOLDER [REPETITIONS]
-// The relay between panel and stand sees the byte; page and relay share one clock.
+// Time from STOP on a page's WebSocket to the byte 0x18 on the line, under a stream of all default channels at 1 kHz and a running
+// `explain`. node stop-latency.mjs STAND FOLDER [REPETITIONS] The relay between panel and stand sees the byte; page and relay share one
+// clock.
 import { bench, pause, request, watch } from "./bench.mjs";
 
 const BEAT = 1;

@@ -1,5 +1,5 @@
-//! A connection to a stand: commands, queries and the rows of its stream. Behind it is a serial port ([`SerialLink`]), or the simulated controller
-//! or the emulated chip in virtual time ([`SimulatedConnection`]).
+//! A connection to a stand: commands, queries and the rows of its stream. Behind it is a serial port ([`SerialLink`]), or the simulated
+//! controller or the emulated chip in virtual time ([`SimulatedConnection`]).
 
 use crate::link::{BAUD, LineLosses, LinkError, Received, Receiver, SerialLink, drives, sign, with_checksum};
 use chip_sim::machine::{Halt, Machine};
@@ -56,8 +56,9 @@ pub trait StandConnection {
     async fn query_lines(&mut self, query: &str) -> Result<Vec<String>, ConnectionError>;
     /// Sends a command and checks that the stand accepted it.
     async fn command(&mut self, command: &str) -> Result<(), ConnectionError>;
-    /// Waits; the rows of the stream that arrived in this time. A connection that can be interrupted waits no longer then, and refuses the next wait: a loop with a
-    /// monitor of its own asks that first, every other loop ends by [`ConnectionError::Interrupted`]. Commands that end a motion are still sent.
+    /// Waits; the rows of the stream that arrived in this time. A connection that can be interrupted waits no longer then, and refuses the
+    /// next wait: a loop with a monitor of its own asks that first, every other loop ends by [`ConnectionError::Interrupted`]. Commands
+    /// that end a motion are still sent.
     async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError>;
     /// Name of the port, for notes and messages.
     fn name(&self) -> String;

@@ -6,10 +6,10 @@
 //!
 //! [`vibration_simulation`] and [`three_axis_simulation`] write logs of gyroscopes without the firmware.
 //!
-//! [`calibration_session`] and [`drift_session`] run the steps of a measurement through the first source.
-//! [`preparation`] brings a stand to rest, finds its index and reads its settings; [`record`] writes rows into a log file; [`settings`] saves and restores a
-//! stand's settings; [`serve`] is a simulated stand as a serial port; [`hidden`] adds an effect to a simulated stand;
-//! [`profile_choice`] makes a profile of its name and parameters.
+//! [`calibration_session`] and [`drift_session`] run the steps of a measurement through the first source. [`preparation`] brings a stand to
+//! rest, finds its index and reads its settings; [`record`] writes rows into a log file; [`settings`] saves and restores a stand's
+//! settings; [`serve`] is a simulated stand as a serial port; [`hidden`] adds an effect to a simulated stand; [`profile_choice`] makes a
+//! profile of its name and parameters.
 
 pub mod calibration_session;
 pub mod connection;

@@ -1,7 +1,7 @@
 //! A profile by its name and by named parameters, as people and programs choose one.
 //!
-//! In: the name of the profile, the control mode, a seed, and parameters by the names of the firmware's table [`PARAMETERS`]. Out: the checked configuration; what is
-//! not given has the usual value of the mode.
+//! In: the name of the profile, the control mode, a seed, and parameters by the names of the firmware's table [`PARAMETERS`]. Out: the
+//! checked configuration; what is not given has the usual value of the mode.
 
 use hal_sim::session::SessionRequest;
 use stand_firmware::config::ConfigError;

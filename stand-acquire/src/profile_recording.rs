@@ -1,4 +1,5 @@
-//! A profile run on a stand, recorded into a log file: what `stand record` does on a serial port, and `stand sim --chip` on the emulated chip.
+//! A profile run on a stand, recorded into a log file: what `stand record` does on a serial port, and `stand sim --chip` on the emulated
+//! chip.
 
 use std::path::Path;
 use std::time::Instant;

@@ -105,9 +105,9 @@ pub fn simulate(stand: &Stand, request: SessionRequest, path: &Path) -> Result<L
     Ok(Log::new(path, columns(values), [before.to_vec(), notes, after.to_vec()].concat())?)
 }
 
-/// Runs `request` on `stand`, from the index on, and writes the log while it runs, so that it may be longer than the memory. A log of at most
-/// [`BLOCK_ROWS`] rows is the log of [`simulate`]; in a longer one, the notes that are known at its end stand there. `goes_on` is asked with the time of each
-/// row, s; once it returns false, the log ends there with a note.
+/// Runs `request` on `stand`, from the index on, and writes the log while it runs, so that it may be longer than the memory. A log of at
+/// most [`BLOCK_ROWS`] rows is the log of [`simulate`]; in a longer one, the notes that are known at its end stand there. `goes_on` is
+/// asked with the time of each row, s; once it returns false, the log ends there with a note.
 ///
 /// # Errors
 /// The stand, the request or the ending of `path` is invalid, or the log cannot be written; no file remains.

@@ -1,9 +1,9 @@
-//! A drift session of a simulated three-axis platform, as a log: gimbals X–Z–Y with exact kinematics, a torquer and an angle sensor for each axis, without the
-//! firmware, which drives one axis at a time.
+//! A drift session of a simulated three-axis platform, as a log: gimbals X–Z–Y with exact kinematics, a torquer and an angle sensor for
+//! each axis, without the firmware, which drives one axis at a time.
 //!
-//! Input: the platform, the seed. Output: a log of 200 rows per second for `stand drift compute`, and the true values. The session has two positions half a
-//! turn apart in the order A B B A, twice; pulses on all axes at once with both signs at two rates; 3 s with the loops closed and 0.5 s with the loops open
-//! before each cycle.
+//! Input: the platform, the seed. Output: a log of 200 rows per second for `stand drift compute`, and the true values. The session has two
+//! positions half a turn apart in the order A B B A, twice; pulses on all axes at once with both signs at two rates; 3 s with the loops
+//! closed and 0.5 s with the loops open before each cycle.
 
 use std::path::Path;
 

@@ -1,8 +1,9 @@
-//! A log of a gyrotheodolite's sensitive element on a vibrating base: the rigid body of `hal-sim`, read by the converters of the stand, in virtual time.
+//! A log of a gyrotheodolite's sensitive element on a vibrating base: the rigid body of `hal-sim`, read by the converters of the stand, in
+//! virtual time.
 //!
-//! Input: the element, the vibration, the azimuth at the start. Output: a log with the angle sensor, the roll, and the exact rates for comparison, 1000 rows per
-//! second. The converters round; each has white noise of one code. The nutation of the start decays before the log begins. The firmware takes no part: its
-//! observer is designed for the log afterwards (`stand vibration compensate`).
+//! Input: the element, the vibration, the azimuth at the start. Output: a log with the angle sensor, the roll, and the exact rates for
+//! comparison, 1000 rows per second. The converters round; each has white noise of one code. The nutation of the start decays before the
+//! log begins. The firmware takes no part: its observer is designed for the log afterwards (`stand vibration compensate`).
 
 use std::path::Path;
 

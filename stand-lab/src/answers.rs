@@ -1,6 +1,7 @@
 //! The student's table of answers: `answers.toml` in the work folder.
 //!
-//! Input: the text of the file and the work. Output: [`Answers`] and their [`AnswerProblem`]s: what is missing or malformed, without a look at true values.
+//! Input: the text of the file and the work. Output: [`Answers`] and their [`AnswerProblem`]s: what is missing or malformed, without a look
+//! at true values.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -185,7 +186,8 @@ fn class_named(word: &str) -> Option<&'static str> {
     }
 }
 
-/// The classes of a hunt with their effects, by name; effects of `in_model` are left out. First `none` and `unknown`, which have no effects.
+/// The classes of a hunt with their effects, by name; effects of `in_model` are left out. First `none` and `unknown`, which have no
+/// effects.
 pub fn classes(in_model: &[&str]) -> Vec<(&'static str, Vec<&'static str>)> {
     let mut classes: Vec<(&str, Vec<&str>)> = vec![(NONE, Vec::new()), (UNKNOWN, Vec::new())];
     for card in cards().iter().filter(|card| !in_model.contains(&card.id)) {

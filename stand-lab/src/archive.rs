@@ -29,7 +29,8 @@ pub struct OwnFiles {
     pub left_out: Vec<String>,
 }
 
-/// The student's own files in `folder`: regular files apart from `names`, archives, keys, hidden files and links, which may point out of the folder.
+/// The student's own files in `folder`: regular files apart from `names`, archives, keys, hidden files and links, which may point out of
+/// the folder.
 ///
 /// # Errors
 /// A folder cannot be read.

@@ -35,7 +35,8 @@ pub fn read_answers(folder: &Path) -> Result<Answers, LabError> {
     Answers::parse(&text).map_err(|message| LabError::invalid(&path, message))
 }
 
-/// Refuses `stand explain` on a log of a hunt while the student's own answers are not recorded complete. Allowed once the true values were shown.
+/// Refuses `stand explain` on a log of a hunt while the student's own answers are not recorded complete. Allowed once the true values were
+/// shown.
 ///
 /// # Errors
 /// [`LabError::ExplainedTooEarly`]; the work or its journal cannot be read.
@@ -53,8 +54,8 @@ pub fn check_explain(log: &Path) -> Result<(), LabError> {
     Err(LabError::ExplainedTooEarly { lab: work.lab, folder, log: log.to_owned() })
 }
 
-/// Records in the journals of their works that an explanation of the logs begins; refuses it, and records nothing, where a work asks for the student's own answers
-/// first.
+/// Records in the journals of their works that an explanation of the logs begins; refuses it, and records nothing, where a work asks for
+/// the student's own answers first.
 ///
 /// # Errors
 /// As [`check_explain`] and [`record_explained`].

@@ -1,7 +1,7 @@
 //! The works of the course: their definitions and texts, embedded from `labs/`.
 //!
-//! A folder `labs/NN-name` has `lab.toml` (device, measurement, quantities, questions: [`Lab`]), `en.md` and `uk.md` (aim, theory, steps), and, where the work
-//! records a session, `session.toml`. A work is in [`works`] only if it can be started and graded.
+//! A folder `labs/NN-name` has `lab.toml` (device, measurement, quantities, questions: [`Lab`]), `en.md` and `uk.md` (aim, theory, steps),
+//! and, where the work records a session, `session.toml`. A work is in [`works`] only if it can be started and graded.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -16,7 +16,8 @@ use stand_analysis::drift::compute::{DriftSettings, measurement};
 
 /// Range of the size of the own drift, °/h; either sign.
 const OWN_DRIFT_DEG_H: (f64, f64) = (0.5, 3.0);
-/// Range of the azimuth, degrees. Two positions give its cosine: they do not distinguish east from west, and are insensitive near north and south.
+/// Range of the azimuth, degrees. Two positions give its cosine: they do not distinguish east from west, and are insensitive near north and
+/// south.
 const AZIMUTH_DEG: (f64, f64) = (40.0, 140.0);
 /// The measurement: that of `stand drift run` by default.
 const PULSE_S: f64 = 5.0;

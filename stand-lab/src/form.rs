@@ -1,7 +1,8 @@
 //! The table of answers as a form: every entry as text.
 //!
-//! Input: a work folder, a filled form. Output: the entries of `answers.toml` as text, and the file with the entries of the form. Comments, order, notation of numbers and
-//! entries without a field stay as the student wrote them: only an entry whose text differs is replaced, and one that is missing is added.
+//! Input: a work folder, a filled form. Output: the entries of `answers.toml` as text, and the file with the entries of the form. Comments,
+//! order, notation of numbers and entries without a field stay as the student wrote them: only an entry whose text differs is replaced, and
+//! one that is missing is added.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -75,10 +76,12 @@ pub fn load(folder: &Path) -> Result<LoadedForm, LabError> {
     Ok(LoadedForm { sha256: sha256_of(text.as_bytes()), answers: AnswersForm::of(&document(folder, &text)?, &lab) })
 }
 
-/// Writes a form into the answers of a work folder; returns the SHA-256 of the file. `loaded_sha256`: that of the file from which the form was loaded.
+/// Writes a form into the answers of a work folder; returns the SHA-256 of the file. `loaded_sha256`: that of the file from which the form
+/// was loaded.
 ///
 /// # Errors
-/// [`LabError::AnswersChanged`]: the file is another one now. A number that is none or an entry that the work does not have, by name. A file cannot be read or written.
+/// [`LabError::AnswersChanged`]: the file is another one now. A number that is none or an entry that the work does not have, by name. A
+/// file cannot be read or written.
 pub fn save(folder: &Path, form: &AnswersForm, loaded_sha256: &str) -> Result<String, LabError> {
     let (lab, path) = (Work::read(folder)?.lab()?, folder.join(ANSWERS_FILE));
     let _locked = files::lock(&path).map_err(|source| LabError::file(&path, "lock", source))?;

@@ -1,7 +1,7 @@
 //! The drive of the friction work: drawn by seed, run at constant rates, evaluated by the current of its plateaus.
 //!
-//! At a constant rate the torque of the current equals the friction: K i = sign(ω) (c + s exp(−(ω/v)²)) + b ω. Three parameters are linear; the Stribeck
-//! rate v is searched on a grid, then all four are refined by Gauss-Newton steps.
+//! At a constant rate the torque of the current equals the friction: K i = sign(ω) (c + s exp(−(ω/v)²)) + b ω. Three parameters are linear;
+//! the Stribeck rate v is searched on a grid, then all four are refined by Gauss-Newton steps.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,7 +20,8 @@ use identification::statistics::uncertainty::{Contribution, Quantity};
 use stand_acquire::simulation::simulate;
 use stand_analysis::calibrate::plateaus::plateaus;
 
-/// Ranges of the true values: friction of the data sheet within 30 %, a bump that the speed loop passes without stick-slip at the slowest level.
+/// Ranges of the true values: friction of the data sheet within 30 %, a bump that the speed loop passes without stick-slip at the slowest
+/// level.
 const COULOMB_N_M: (f64, f64) = (6e-4, 1.2e-3);
 const VISCOUS_N_M_S: (f64, f64) = (1.4e-5, 2.6e-5);
 const STRIBECK_N_M: (f64, f64) = (6e-4, 1.4e-3);

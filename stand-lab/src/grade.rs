@@ -1,8 +1,8 @@
 //! Judgement of a work folder with the key: journal, origin of the logs, answers.
 //!
-//! Simulated stand: the measurement is recorded anew from the key in virtual time and its files are compared with the logs of the folder by their hash. Real
-//! stand: the logs are compared with the hashes that were sealed with the key at the start, and the teacher's reference with its code. The result is data for
-//! the teacher; the conclusion and the answers in words are for the teacher to judge.
+//! Simulated stand: the measurement is recorded anew from the key in virtual time and its files are compared with the logs of the folder by
+//! their hash. Real stand: the logs are compared with the hashes that were sealed with the key at the start, and the teacher's reference
+//! with its code. The result is data for the teacher; the conclusion and the answers in words are for the teacher to judge.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -124,8 +124,8 @@ pub struct Grade {
     pub criteria_met: bool,
 }
 
-/// Judges the work in `folder` with the teacher's key; `noted_code`: a code of the journal that was noted outside of the folder. The journal keeps that the
-/// true values were shown. `on_progress` as for the recording of the logs.
+/// Judges the work in `folder` with the teacher's key; `noted_code`: a code of the journal that was noted outside of the folder. The
+/// journal keeps that the true values were shown. `on_progress` as for the recording of the logs.
 ///
 /// # Errors
 /// The folder is no work folder or cannot be read; a sealed work without a key; a work on a real stand; interrupted.
@@ -153,8 +153,8 @@ pub fn grade(folder: &Path, key: Option<Key>, noted_code: Option<&str>, on_progr
     finish(work, &lab, folder, &answers, (quantities, hunt), objections)
 }
 
-/// Judges the work of a real stand in `folder` with the teacher's key and the reference of its start. As [`grade`]; nothing is judged, and no value shown, where
-/// the seal, a log or the reference is another.
+/// Judges the work of a real stand in `folder` with the teacher's key and the reference of its start. As [`grade`]; nothing is judged, and
+/// no value shown, where the seal, a log or the reference is another.
 ///
 /// # Errors
 /// As [`grade`]; a work on the simulated stand; the reference is in the work folder.

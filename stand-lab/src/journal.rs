@@ -1,7 +1,7 @@
 //! Journal of a work: one line of JSON per entry, each with the SHA-256 of the line before it.
 //!
-//! A changed, removed or inserted line breaks the chain. Neither the last line nor a chain that was computed anew as a whole is protected by it: the code of
-//! the last line, which `stand lab check` prints, protects both where the teacher notes it.
+//! A changed, removed or inserted line breaks the chain. Neither the last line nor a chain that was computed anew as a whole is protected
+//! by it: the code of the last line, which `stand lab check` prints, protects both where the teacher notes it.
 
 use std::collections::BTreeMap;
 use std::io::Write;

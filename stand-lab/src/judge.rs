@@ -10,9 +10,10 @@ pub const MAX_GOOD_ERROR: f64 = 1.0;
 pub const MAX_REPEATED_ERROR: f64 = 1.5;
 /// Greatest uncertainty as a multiple of that of the reference procedure on the same logs: otherwise a huge U would agree with everything.
 pub const MAX_UNCERTAINTY_RATIO: f64 = 2.0;
-/// Greatest error as a multiple of the student's own U: otherwise a tiny U would be without consequence, because U_ref in the denominator of E_n stays. The true
-/// value is exact, so that the error tests the stated U: beyond 2 U are 6e-5 of Gaussian errors with k = 2, and no error of a rectangle. With E_n ≤ 1 this
-/// concerns only U < U_ref/√3, so that a better evaluation than the reference procedure may state its smaller U.
+/// Greatest error as a multiple of the student's own U: otherwise a tiny U would be without consequence, because U_ref in the denominator
+/// of E_n stays. The true value is exact, so that the error tests the stated U: beyond 2 U are 6e-5 of Gaussian errors with k = 2, and no
+/// error of a rectangle. With E_n ≤ 1 this concerns only U < U_ref/√3, so that a better evaluation than the reference procedure may state
+/// its smaller U.
 pub const MAX_ERROR_RATIO: f64 = 2.0;
 
 /// Judgement of a value.
@@ -96,11 +97,13 @@ pub fn mark((value, expanded_u): (f64, f64), (reference, reference_u): (f64, f64
     }
 }
 
-/// The mark of a value `value` ± `expanded_u` beside a reference X ± U_X; `procedure_u` is U_ref, the uncertainty of the reference procedure on the same logs.
+/// The mark of a value `value` ± `expanded_u` beside a reference X ± U_X; `procedure_u` is U_ref, the uncertainty of the reference
+/// procedure on the same logs.
 ///
-/// The error x − X has the expanded uncertainty √(U² + U_X²), so that E_n with this denominator is already the test of the stated U: four standard uncertainties,
-/// the limit for an exact X ([`MAX_ERROR_RATIO`]), would be 2 √(U² + U_X²), which E_n ≤ 1 excludes. A limit of |x − X| by U alone would be wrong, since the error
-/// of X is not the student's. What remains is what X cannot test: an error of 2 U has E_n ≤ 1 where 2 U ≤ √(U² + U_X²), that is U ≤ U_X/√3.
+/// The error x − X has the expanded uncertainty √(U² + U_X²), so that E_n with this denominator is already the test of the stated U: four
+/// standard uncertainties, the limit for an exact X ([`MAX_ERROR_RATIO`]), would be 2 √(U² + U_X²), which E_n ≤ 1 excludes. A limit of |x −
+/// X| by U alone would be wrong, since the error of X is not the student's. What remains is what X cannot test: an error of 2 U has E_n ≤ 1
+/// where 2 U ≤ √(U² + U_X²), that is U ≤ U_X/√3.
 pub fn mark_on_real_stand((value, expanded_u): (f64, f64), (reference, reference_u): (f64, f64), procedure_u: f64) -> Mark {
     let error = normalized_error(value, expanded_u, reference, reference_u);
     if error.is_nan() || expanded_u.is_nan() {
@@ -123,10 +126,10 @@ pub fn least_tested_u(reference_u: f64) -> f64 {
     reference_u / (MAX_ERROR_RATIO * MAX_ERROR_RATIO - 1.0).sqrt()
 }
 
-/// Brier score of the stated probabilities: Σ (p − o)² over the classes, o = 1 for a class that is present and 0 for others. A class without a probability has
-/// p = 0. With exactly one present class this is the score of Brier (Monthly Weather Review 78 (1950) 1), from 0 to 2 where the probabilities sum to 1; each
-/// further present class adds a term, so that two hidden effects are scored by the same sum. The score is proper: its expectation is least for the
-/// probabilities that one believes.
+/// Brier score of the stated probabilities: Σ (p − o)² over the classes, o = 1 for a class that is present and 0 for others. A class
+/// without a probability has p = 0. With exactly one present class this is the score of Brier (Monthly Weather Review 78 (1950) 1), from 0
+/// to 2 where the probabilities sum to 1; each further present class adds a term, so that two hidden effects are scored by the same sum.
+/// The score is proper: its expectation is least for the probabilities that one believes.
 pub fn brier_score(probabilities: &BTreeMap<String, f64>, present: &BTreeSet<String>) -> f64 {
     let missed = present.iter().filter(|class| !probabilities.contains_key(*class)).count() as f64;
     let stated = probabilities.iter().map(|(class, p)| (p - f64::from(u8::from(present.contains(class)))).powi(2));

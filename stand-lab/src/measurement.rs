@@ -1,7 +1,7 @@
 //! The sealed measurement of an attempt: its logs, its true values, and the result of the reference procedure.
 //!
-//! The logs are those of the simulated stand, bit-identical for one build and one attempt. The true device and the noise have seeds of their own. Notes that
-//! would give a seed away, and the date, are left out, so that the files can be compared by their hash.
+//! The logs are those of the simulated stand, bit-identical for one build and one attempt. The true device and the noise have seeds of
+//! their own. Notes that would give a seed away, and the date, are left out, so that the files can be compared by their hash.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -67,7 +67,8 @@ fn drawn(key: &Key, attempt: &Attempt, prepared: &PreparedSession) -> (Stand, BT
         DutKind::Drive => drawn_drive(seed, assumed),
         DutKind::Gyro | DutKind::Accel => {
             let (sensor, truth) = drawn_sensor(seed, assumed, prepared.session.full_scale_rad_s.unwrap_or(FULL_SCALE_RAD_S));
-            // The bias of the gyro itself: the latitude is not stated, so that the Earth rate is a contribution to the uncertainty and no part of the value.
+            // The bias of the gyro itself: the latitude is not stated, so that the Earth rate is a contribution to the uncertainty and no
+            // part of the value.
             let truth =
                 truth.into_iter().map(|(name, value)| (name, if name == "bias_rad_s" { sensor.gyro_bias_rad_s } else { value })).collect();
             (Stand { imu: Some(sensor), ..Stand::default() }, truth)
@@ -107,8 +108,8 @@ pub fn truth(lab: &Lab, key: &Key, attempt: &Attempt) -> Result<Truth, LabError>
     }
 }
 
-/// Records the logs of an attempt into `folder`; their file names in order. `on_progress` receives the part that is done, 0 to 1; the recording ends when
-/// it returns false.
+/// Records the logs of an attempt into `folder`; their file names in order. `on_progress` receives the part that is done, 0 to 1; the
+/// recording ends when it returns false.
 ///
 /// # Errors
 /// A file cannot be written; interrupted.
@@ -191,7 +192,8 @@ fn record_session(
     Ok(files)
 }
 
-/// Seed of the noise. The angle at power-on is the fractional part of a multiple of it, which needs bits of its own in an f64: 40 of its 53 bits.
+/// Seed of the noise. The angle at power-on is the fractional part of a multiple of it, which needs bits of its own in an f64: 40 of its 53
+/// bits.
 fn noise_seed(key: &Key, attempt: &Attempt) -> u64 {
     key.seed(attempt, "noise") >> 24
 }

@@ -1,8 +1,8 @@
 //! The work on observers: the free sensitive element of a gyrotheodolite under a constant moment, drawn by seed.
 //!
-//! The log has the angle of the element alone. An astatic observer identifies the moment M; a static one has the steady error (E − Φ + K C)⁻¹ Γ M in its exact
-//! discrete form, which the firmware and `stand observer track` run at the interval of the rows. The parameters of the element are exact; the gain of the angle
-//! sensor is not, and every quantity is inversely proportional to it.
+//! The log has the angle of the element alone. An astatic observer identifies the moment M; a static one has the steady error (E − Φ + K
+//! C)⁻¹ Γ M in its exact discrete form, which the firmware and `stand observer track` run at the interval of the rows. The parameters of
+//! the element are exact; the gain of the angle sensor is not, and every quantity is inversely proportional to it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -82,7 +82,8 @@ pub(super) fn record(task: &ObserversTask, (device, noise): (u64, u64), path: &P
     Ok(Log::new(path, columns, Notes::from_iter([Note::Number("angle_gain_V_rad", stated_gain_V_rad)]))?)
 }
 
-/// Value and expanded uncertainty by the reference procedure: the learnt moment, and the difference of a static and an astatic observer with equal poles.
+/// Value and expanded uncertainty by the reference procedure: the learnt moment, and the difference of a static and an astatic observer
+/// with equal poles.
 ///
 /// # Errors
 /// The log cannot be tracked.

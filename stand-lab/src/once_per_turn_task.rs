@@ -1,10 +1,11 @@
 //! The drive of the work on disturbances of once per turn: a torque of harmonic order 1, and an encoder whose error has the orders 1 and 2.
 //!
-//! The drive turns at constant voltages, three of each sign. With the true angle θ and rate ω, the kinetic energy follows the torque:
-//! ½ J d(ω²)/dθ = a sin(θ + φ) − D ω + const, D = K²/R + b. The component of ω² at order n is therefore T_n + (2j/n) β W_n, with T_n = 2 m_n/(j n J) by the
-//! torque's component m_n, β = D/J, and the component W_n of ω itself. The rate by the encoder is ω (1 + e′(θ)): its square has an additional component
-//! 2 j n ε_n Ω², Ω² the mean of ω². The part that does not depend on the rate is the torque, the part that grows as Ω² is the encoder; the damping changes its
-//! sign with the direction. The encoder's error is removed from angle and rate, and the fit is repeated, so that products of both errors do not remain.
+//! The drive turns at constant voltages, three of each sign. With the true angle θ and rate ω, the kinetic energy follows the torque: ½ J
+//! d(ω²)/dθ = a sin(θ + φ) − D ω + const, D = K²/R + b. The component of ω² at order n is therefore T_n + (2j/n) β W_n, with T_n = 2 m_n/(j
+//! n J) by the torque's component m_n, β = D/J, and the component W_n of ω itself. The rate by the encoder is ω (1 + e′(θ)): its square has
+//! an additional component 2 j n ε_n Ω², Ω² the mean of ω². The part that does not depend on the rate is the torque, the part that grows as
+//! Ω² is the encoder; the damping changes its sign with the direction. The encoder's error is removed from angle and rate, and the fit is
+//! repeated, so that products of both errors do not remain.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -144,7 +145,8 @@ impl Run {
         Some(Run(rows.filter(|row| row.t_s >= settle_s).collect()))
     }
 
-    /// By the mean time in each sector of the turn, over whole turns, for an encoder with the errors Σ 2 Re ε_n (e^{jnθ} − 1): both angles are zero at the index. `None` for less than a turn.
+    /// By the mean time in each sector of the turn, over whole turns, for an encoder with the errors Σ 2 Re ε_n (e^{jnθ} − 1): both angles
+    /// are zero at the index. `None` for less than a turn.
     fn components(&self, errors: &[Complex<f64>; 2]) -> Option<Components> {
         let width = TAU / SECTORS as f64;
         let (first, last) = (self.0.first()?, self.0.last()?);
@@ -242,7 +244,8 @@ pub(super) fn reference(task: &OncePerTurnTask, logs: &[Log]) -> Option<BTreeMap
     Some(result)
 }
 
-/// Fits T_n, ε_n and β to the components of all runs. Rows are in the unit of an angle, in which the encoder's resolution is the same at every rate.
+/// Fits T_n, ε_n and β to the components of all runs. Rows are in the unit of an angle, in which the encoder's resolution is the same at
+/// every rate.
 fn fitted(runs: &[Components]) -> Option<LeastSquares> {
     let (mut rows, mut values) = (Vec::new(), Vec::new());
     for run in runs {

@@ -1,8 +1,9 @@
 //! What a work folder states of a real stand, sealed with the teacher's key.
 //!
-//! A measurement on a real stand cannot be repeated bit for bit. In place of a replay the file `work.toml` has the hashes of the logs, a code by which the
-//! teacher's reference is recognised, and the seal: the authentication code of this description under the teacher's key. Whoever lacks the key can neither
-//! replace a log nor change the description, even with a journal written anew. The reference itself is not in the folder.
+//! A measurement on a real stand cannot be repeated bit for bit. In place of a replay the file `work.toml` has the hashes of the logs, a
+//! code by which the teacher's reference is recognised, and the seal: the authentication code of this description under the teacher's key.
+//! Whoever lacks the key can neither replace a log nor change the description, even with a journal written anew. The reference itself is
+//! not in the folder.
 
 use std::collections::BTreeMap;
 
@@ -82,7 +83,8 @@ impl RealStand {
         self.reference_code == key.code(attempt, REFERENCE, reference_sha256)
     }
 
-    /// What is sealed: the description as JSON without the seal. The order of its fields is that of the structure; numbers have their shortest form.
+    /// What is sealed: the description as JSON without the seal. The order of its fields is that of the structure; numbers have their
+    /// shortest form.
     fn content(&self) -> String {
         let unsealed = RealStand { seal: String::new(), ..self.clone() };
         serde_json::to_string(&unsealed).unwrap_or_default()

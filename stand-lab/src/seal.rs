@@ -1,7 +1,7 @@
 //! The teacher's key, and the seeds that it determines: HMAC-SHA256 (RFC 2104) of the key and of work, student, attempt and purpose.
 //!
-//! Without the key nobody can compute a seed, so that logs made elsewhere do not contain the true values. A work without a key is a practice work: its key
-//! is public, and so are its true values.
+//! Without the key nobody can compute a seed, so that logs made elsewhere do not contain the true values. A work without a key is a
+//! practice work: its key is public, and so are its true values.
 
 use std::fmt::Write;
 use std::path::Path;

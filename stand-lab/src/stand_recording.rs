@@ -1,7 +1,8 @@
 //! Logs of a work from a real stand: the session, profiles or drift measurement of the simulated work, over a connection.
 //!
-//! The recordings are those of `stand calibrate`, `stand record` and `stand drift run`. A recording that ends early is an error, and its logs are not used: a
-//! work has complete logs or none. The platform is brought to rest before each profile, after the last log, and after every error that leaves the line alive.
+//! The recordings are those of `stand calibrate`, `stand record` and `stand drift run`. A recording that ends early is an error, and its
+//! logs are not used: a work has complete logs or none. The platform is brought to rest before each profile, after the last log, and after
+//! every error that leaves the line alive.
 
 use std::cell::RefCell;
 use std::path::Path;
@@ -60,8 +61,8 @@ pub(super) async fn identity(stand: &mut impl StandConnection) -> Result<StandId
     Ok(StandIdentity::of(&stand.query("*IDN?").await.map_err(RunError::from)?))
 }
 
-/// Records the logs of a work into `folder`; their file names in order. `hidden` is what the logs of a hunt hide. `on_progress` receives the part that is done,
-/// 0 to 1; the recording ends when it returns false.
+/// Records the logs of a work into `folder`; their file names in order. `hidden` is what the logs of a hunt hide. `on_progress` receives
+/// the part that is done, 0 to 1; the recording ends when it returns false.
 ///
 /// # Errors
 /// The stand refuses or ends the recording; interrupted; the operator does not confirm; a file cannot be written.

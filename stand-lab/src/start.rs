@@ -48,8 +48,8 @@ pub struct ReferenceCheck {
     pub normalized_error: f64,
 }
 
-/// Starts attempt number `attempt` of `student` in a new folder; sealed by `key`, or a practice work without one. `on_progress` as for the recording of the
-/// logs: the part that is done, 0 to 1.
+/// Starts attempt number `attempt` of `student` in a new folder; sealed by `key`, or a practice work without one. `on_progress` as for the
+/// recording of the logs: the part that is done, 0 to 1.
 ///
 /// # Errors
 /// The folder has files, or cannot be written; an invalid name or number; interrupted.
@@ -175,7 +175,8 @@ impl<'a> RealStandStart<'a> {
     }
 }
 
-/// Compares the reference with the reference procedure on the logs in `folder`, which must give every quantity: otherwise the work could not be judged.
+/// Compares the reference with the reference procedure on the logs in `folder`, which must give every quantity: otherwise the work could
+/// not be judged.
 fn reference_checks(lab: &Lab, folder: &Path, given: &TeacherReference) -> Result<Vec<ReferenceCheck>, LabError> {
     let found = reference(lab, folder)?;
     let check = |name: &String, x: f64, reference_u: f64| {

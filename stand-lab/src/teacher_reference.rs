@@ -1,7 +1,7 @@
 //! The teacher's reference of a work on a real stand: the values X with their expanded uncertainties U_X, or what the logs of a hunt hide.
 //!
-//! Input: a TOML file, or the record of a calibration (`record.json` of `stand calibrate`) of the device. It is not part of the work folder, which has its code only
-//! ([`super::real_stand`]).
+//! Input: a TOML file, or the record of a calibration (`record.json` of `stand calibrate`) of the device. It is not part of the work
+//! folder, which has its code only ([`super::real_stand`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -69,7 +69,8 @@ impl TeacherReference {
     /// Reads the reference of a work.
     ///
     /// # Errors
-    /// A work that a real stand cannot have; the file cannot be read; a value is missing or has another unit; an uncertainty is not positive; a hunt that the rules exclude.
+    /// A work that a real stand cannot have; the file cannot be read; a value is missing or has another unit; an uncertainty is not
+    /// positive; a hunt that the rules exclude.
     pub fn read(path: &Path, lab: &Lab) -> Result<Self, LabError> {
         check_possible(lab)?;
         let text = std::fs::read_to_string(path).map_err(|source| LabError::file(path, "read", source))?;

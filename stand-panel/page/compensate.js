@@ -1,4 +1,5 @@
-// Compensation on the stand: friction and cogging of a fitted model, or measured by the stand itself, with the ripple of the rate before and after.
+// Compensation on the stand: friction and cogging of a fitted model, or measured by the stand itself, with the ripple of the rate before
+// and after.
 import { drives, on, request, state, takeControl } from "./connection.js";
 import { attemptIn, byId, element, table } from "./dom.js";
 import { field, hasFailed, jobError, showControl } from "./fields.js";

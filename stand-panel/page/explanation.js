@@ -1,5 +1,5 @@
-// The answers of compare and explain in words: the misfits, the verdict with its evidence, what is left, detection limits, the next experiment. The sentences are made here from the
-// kinds and numbers of the answer; what the catalogue of effects says stays English.
+// The answers of compare and explain in words: the misfits, the verdict with its evidence, what is left, detection limits, the next
+// experiment. The sentences are made here from the kinds and numbers of the answer; what the catalogue of effects says stays English.
 import { english, element, table } from "./dom.js";
 import { fill, number, sentence, text } from "./text.js";
 

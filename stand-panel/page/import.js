@@ -1,4 +1,5 @@
-// Logs of other programs: a file that is dropped or chosen is copied into the session's folder; its columns and units are shown, corrected and accepted.
+// Logs of other programs: a file that is dropped or chosen is copied into the session's folder; its columns and units are shown, corrected
+// and accepted.
 import { request } from "./connection.js";
 import { attemptIn, byId, element, english, table } from "./dom.js";
 import { number, parse, text } from "./text.js";

@@ -1,4 +1,5 @@
-// The laboratory works of the session: instructions, logs, the answers as a form, check and report. The page has neither true values nor a judgement.
+// The laboratory works of the session: instructions, logs, the answers as a form, check and report. The page has neither true values nor a
+// judgement.
 import { request } from "./connection.js";
 import { attemptIn, byId, download, element, english, table } from "./dom.js";
 import { openLog } from "./identify.js";

@@ -1,4 +1,5 @@
-// The other measurements: Allan deviation, drift session, calibration session. Each is a job of the program; results are a table, the pictures of the report and its text.
+// The other measurements: Allan deviation, drift session, calibration session. Each is a job of the program; results are a table, the
+// pictures of the report and its text.
 import { drives, on, request, state, takeControl } from "./connection.js";
 import { attemptIn, byId, element, english, svgFigure, table } from "./dom.js";
 import { commandLineText, remarkList } from "./explanation.js";

@@ -1,4 +1,5 @@
-// The only module that knows the plot library (uPlot: canvas, min/max per pixel column when points are denser than pixels, so a spike of one sample stays visible).
+// The only module that knows the plot library (uPlot: canvas, min/max per pixel column when points are denser than pixels, so a spike of
+// one sample stays visible).
 import uPlot from "/vendor/uPlot.esm.js";
 import { number, text } from "./text.js";
 

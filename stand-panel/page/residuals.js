@@ -1,4 +1,5 @@
-// The plots of an answer: measured beside modelled, the residual over time, over each coordinate and over the harmonic order, each with its worst place in words and a table.
+// The plots of an answer: measured beside modelled, the residual over time, over each coordinate and over the harmonic order, each with its
+// worst place in words and a table.
 import { element, table } from "./dom.js";
 import { unitOf } from "./live.js";
 import { PlotGroup, extremes } from "./plot-group.js";

@@ -1,4 +1,5 @@
-// The signature of an effect in a log: over the residual of the model without the effect what the effect explains of it, over time and over the effect's own coordinate.
+// The signature of an effect in a log: over the residual of the model without the effect what the effect explains of it, over time and over
+// the effect's own coordinate.
 import { element } from "./dom.js";
 import { unitOf } from "./live.js";
 import { Plot } from "./plot.js";

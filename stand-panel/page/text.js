@@ -1,6 +1,6 @@
-// All words of the page: one table of keys, each in English and Ukrainian.
-// Units, names of channels, effects, parameters and quantities, and SCPI lines are the same in both. Each kind that the program sends with numbers (stages, misfits, reasons)
-// has a key `PREFIX_KIND`; `stand/tests/panel/panel_texts.rs` compares these keys and their {arguments} with the source of the program.
+// All words of the page: one table of keys, each in English and Ukrainian. Units, names of channels, effects, parameters and quantities,
+// and SCPI lines are the same in both. Each kind that the program sends with numbers (stages, misfits, reasons) has a key `PREFIX_KIND`;
+// `stand/tests/panel/panel_texts.rs` compares these keys and their {arguments} with the source of the program.
 
 /** @type {Record<string, [string, string]>} */
 export const TEXT = {

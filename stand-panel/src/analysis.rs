@@ -1,5 +1,5 @@
-//! Compare, fit and explain on files of the session: the library's functions, their answers as files that the command line writes too. And the signature of an
-//! effect in a log, for its page.
+//! Compare, fit and explain on files of the session: the library's functions, their answers as files that the command line writes too. And
+//! the signature of an effect in a log, for its page.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -119,8 +119,8 @@ impl SignatureRequest {
     }
 }
 
-/// The signature of an effect in a log: the model is fitted without and with it, and the difference of the two is what the effect explains of the residual. The
-/// files are unchanged. The name of the answer.
+/// The signature of an effect in a log: the model is fitted without and with it, and the difference of the two is what the effect explains
+/// of the residual. The files are unchanged. The name of the answer.
 ///
 /// # Errors
 /// In words.

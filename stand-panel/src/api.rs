@@ -196,7 +196,8 @@ async fn answer(_: Admitted, State(panel): Shared, Query(Name { name }): Query<N
     .await
 }
 
-/// All columns of a log: the length of the head (u32), the head (`{"columns": […], "rows": n}`), padding to eight bytes, then the columns as float64, little-endian.
+/// All columns of a log: the length of the head (u32), the head (`{"columns": […], "rows": n}`), padding to eight bytes, then the columns
+/// as float64, little-endian.
 async fn log(_: Admitted, State(panel): Shared, Query(Name { name }): Query<Name>) -> Result<Response, ApiError> {
     let bytes = blocking(move || {
         let log = Log::read_all(panel.session.existing(&name)?)?;

@@ -15,8 +15,8 @@ use stand_acquire::link::{LineLosses, LinkError, REPLY_TIMEOUT, Reply, drives};
 /// Interval between looks at the switch that cancels.
 const CANCEL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// A connection of one client. A stop ends it: every later call fails. A cancelled job waits no longer, but can still send what ends its work. Where it has
-/// driven, the drive is off at its end, whatever that is.
+/// A connection of one client. A stop ends it: every later call fails. A cancelled job waits no longer, but can still send what ends its
+/// work. Where it has driven, the drive is off at its end, whatever that is.
 pub struct PanelConnection {
     line: Line,
     client: ClientId,

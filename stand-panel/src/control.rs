@@ -1,7 +1,7 @@
 //! Who drives the stand: one client, for as long as its lease holds.
 //!
-//! In: beats of the driving page, requests for the control, the time. Out: whether the stand may be given signs of life, and whether the drive has to be stopped.
-//! Pure state without a clock, a thread or a line, so that every transition is tested in virtual time.
+//! In: beats of the driving page, requests for the control, the time. Out: whether the stand may be given signs of life, and whether the
+//! drive has to be stopped. Pure state without a clock, a thread or a line, so that every transition is tested in virtual time.
 
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,7 @@
 //! Export of the visible range of the plots: the columns that the page shows become a log of the session, written by the library.
 //!
-//! In: the layout of the answer of `/api/log` (length of the head as u32, the head in JSON, padding to eight bytes, the columns as float64, little-endian), of at most
-//! [`MAX_EXPORT`] bytes. Out: `export-N.parquet` or `export-N.csv`, a new file.
+//! In: the layout of the answer of `/api/log` (length of the head as u32, the head in JSON, padding to eight bytes, the columns as float64,
+//! little-endian), of at most [`MAX_EXPORT`] bytes. Out: `export-N.parquet` or `export-N.csv`, a new file.
 
 use std::io::ErrorKind;
 use std::sync::Arc;
@@ -107,7 +107,8 @@ struct Complete {
     without: Vec<String>,
 }
 
-/// A log has a number in every cell. Columns that lack many are left out, as the command of a mode that was not in force; then rows that lack one.
+/// A log has a number in every cell. Columns that lack many are left out, as the command of a mode that was not in force; then rows that
+/// lack one.
 fn complete(mut columns: Vec<Column>) -> Complete {
     let mut without = Vec::new();
     columns.retain(|column| {

@@ -1,4 +1,5 @@
-//! What every page sees: the rows of the last 30 s, the state, the commands. Pages subscribe; one that does not read loses blocks and delays nobody.
+//! What every page sees: the rows of the last 30 s, the state, the commands. Pages subscribe; one that does not read loses blocks and
+//! delays nobody.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -1,7 +1,7 @@
 //! Logs of other programs: the upload of a file into the session's folder, and what `stand log inspect` believes about its columns.
 //!
-//! In: a file of at most [`MAX_UPLOAD`] bytes whose length is declared; what the person states about its columns. Out: a file of the session, which never replaces another;
-//! the answer of `stand log inspect`; with the person's consent `NAME.import.toml`.
+//! In: a file of at most [`MAX_UPLOAD`] bytes whose length is declared; what the person states about its columns. Out: a file of the
+//! session, which never replaces another; the answer of `stand log inspect`; with the person's consent `NAME.import.toml`.
 
 use std::future::poll_fn;
 use std::io::{self, ErrorKind, Write};

@@ -1,7 +1,7 @@
 //! The work of the panel that takes seconds: one job at a time, on its own thread, with progress and cancel.
 //!
-//! In: a closure that calls the library. Out: [`JobState`] for the page. A job that drives ends with the stop of the drive; a job that computes ends through the switch
-//! [`CANCELLED`], which its deadline watches.
+//! In: a closure that calls the library. Out: [`JobState`] for the page. A job that drives ends with the stop of the drive; a job that
+//! computes ends through the switch [`CANCELLED`], which its deadline watches.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -13,7 +13,8 @@ use serde::Serialize;
 use super::lock::locked;
 use super::stage::{Request, Stage};
 
-/// Ends the computation that runs. Static, as [`identification::deadline::Deadline`] requires; there is one panel in a process and one job in a panel.
+/// Ends the computation that runs. Static, as [`identification::deadline::Deadline`] requires; there is one panel in a process and one job
+/// in a panel.
 pub static CANCELLED: AtomicBool = AtomicBool::new(false);
 
 /// Interval between looks at the switch that cancels, and for the reply of a person.
@@ -105,7 +106,8 @@ impl Job {
         reply
     }
 
-    /// Runs what reads files, which no switch ends: when the job is cancelled, the thread that reads is left to its end and its result is dropped.
+    /// Runs what reads files, which no switch ends: when the job is cancelled, the thread that reads is left to its end and its result is
+    /// dropped.
     ///
     /// # Errors
     /// The job is cancelled, or the system has no thread.
@@ -147,8 +149,8 @@ impl Jobs {
         state.is_running && state.uses_stand
     }
 
-    /// Starts a job, which returns the name of its answer; `uses_stand`: it has the stream until its end. `claim` is made before the request is answered, so that it
-    /// does not depend on when the job begins.
+    /// Starts a job, which returns the name of its answer; `uses_stand`: it has the stream until its end. `claim` is made before the
+    /// request is answered, so that it does not depend on when the job begins.
     ///
     /// # Errors
     /// In words for the page: another job runs, the claim is refused, or the system has no thread.

@@ -1,4 +1,5 @@
-//! The laboratory works of the session: instructions, answers as a form, check and report. The true values of a work never reach the page, and it has no judgement.
+//! The laboratory works of the session: instructions, answers as a form, check and report. The true values of a work never reach the page,
+//! and it has no judgement.
 //!
 //! In: the name of a work in the session. Out: what `stand lab check` and `stand lab report` give, by the same functions.
 

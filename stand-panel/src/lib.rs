@@ -1,10 +1,10 @@
 //! The virtual instrument: a page on this computer that shows a stand, drives it and runs the loop of identification.
 //!
-//! In: a port with a stand, a folder. Out: a server on the loopback interface. The threads: [`line`] owns the serial line and every stop; [`jobs`] runs what takes seconds;
-//! the rest is asynchronous and never waits for either. The page is in `stand-panel/page/`.
+//! In: a port with a stand, a folder. Out: a server on the loopback interface. The threads: [`line`] owns the serial line and every stop;
+//! [`jobs`] runs what takes seconds; the rest is asynchronous and never waits for either. The page is in `stand-panel/page/`.
 //!
-//! Three dead-man switches end a motion: the page's lease ([`control`], 1 s, fed by animation frames); the firmware's supervision of the host (0.5 s, fed by the line's thread while
-//! the lease holds); and the end of the line itself, which the firmware sees in the same way.
+//! Three dead-man switches end a motion: the page's lease ([`control`], 1 s, fed by animation frames); the firmware's supervision of the
+//! host (0.5 s, fed by the line's thread while the lease holds); and the end of the line itself, which the firmware sees in the same way.
 
 mod analysis;
 mod api;

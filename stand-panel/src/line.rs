@@ -1,7 +1,8 @@
 //! The serial line of the panel, owned by one thread.
 //!
-//! The thread sends 0x18 before anything that waits, gives signs of life only while [`Control`] allows it, and stops the drive itself when the lease expires:
-//! no other thread is needed for a stop. In: lines to send, each answered once; a request to stop. Out: replies, rows of the stream in blocks, the state of the drive.
+//! The thread sends 0x18 before anything that waits, gives signs of life only while [`Control`] allows it, and stops the drive itself when
+//! the lease expires: no other thread is needed for a stop. In: lines to send, each answered once; a request to stop. Out: replies, rows of
+//! the stream in blocks, the state of the drive.
 //!
 //! Latency: the thread waits for bytes for at most [`READ_WAIT`], and one exchange at a time is on the wire, so a stop waits for no queue.
 
@@ -79,7 +80,8 @@ pub trait LineObserver: Send {
 
 /// A line to send.
 struct Request {
-    /// The page that has to drive if the line has a command of a program that drives; `None`: the panel itself, which then restores settings.
+    /// The page that has to drive if the line has a command of a program that drives; `None`: the panel itself, which then restores
+    /// settings.
     client: Option<ClientId>,
     line: String,
     timeout: Duration,

@@ -1,6 +1,8 @@
-//! The other measurements from the page: Allan deviation, drift session, calibration session, each by the library's own functions, with the files that the command line writes.
+//! The other measurements from the page: Allan deviation, drift session, calibration session, each by the library's own functions, with the
+//! files that the command line writes.
 //!
-//! A drift and a calibration session run on the stand of the panel, or on the simulated stand in virtual time, as the commands do without `--port`.
+//! A drift and a calibration session run on the stand of the panel, or on the simulated stand in virtual time, as the commands do without
+//! `--port`.
 
 use std::path::Path;
 use std::time::Instant;

@@ -44,9 +44,9 @@ impl Panel {
         self.hub.note("0x18", &[], &[format!("stopped: {reason}")]);
     }
 
-    /// STOP on a page. A page sends each press by its WebSocket and by a request, because either may be down or delayed. Both have the number of the press, and
-    /// the later one does nothing: one press is one 0x18 on the line, and a request that was delayed does not stop what was begun after it. A press without a
-    /// number always stops.
+    /// STOP on a page. A page sends each press by its WebSocket and by a request, because either may be down or delayed. Both have the
+    /// number of the press, and the later one does nothing: one press is one 0x18 on the line, and a request that was delayed does not stop
+    /// what was begun after it. A press without a number always stops.
     pub fn press_stop(&self, press: Option<u64>) {
         if let Some(press) = press {
             let mut presses = locked(&self.presses);

@@ -1,7 +1,9 @@
-//! Which requests the panel answers: the page can move a machine, and every site that a browser on this computer opens can send requests to it.
+//! Which requests the panel answers: the page can move a machine, and every site that a browser on this computer opens can send requests to
+//! it.
 //!
-//! In: the head of a request. Out: accepted, or the status to refuse it with. A name other than loopback in `Host` is DNS rebinding; another `Origin` is another site's page.
-//! Neither has the token, which is in the fragment of the address and so in no request, log or referrer.
+//! In: the head of a request. Out: accepted, or the status to refuse it with. A name other than loopback in `Host` is DNS rebinding;
+//! another `Origin` is another site's page. Neither has the token, which is in the fragment of the address and so in no request, log or
+//! referrer.
 
 use axum::http::header::{AUTHORIZATION, CONTENT_SECURITY_POLICY, HOST, ORIGIN, UPGRADE, X_CONTENT_TYPE_OPTIONS};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri};

@@ -1,7 +1,7 @@
 //! The session's folder: logs, models, answers and `commands.txt`, all of which the command line reads; and the laboratory works in it.
 //!
-//! Names come from the page, so a name is one plain file name, or for files of a laboratory work `WORK/NAME`, `WORK/logs/NAME` or `logs/NAME`, and a file reached
-//! through a symbolic link has to be inside the folder as well.
+//! Names come from the page, so a name is one plain file name, or for files of a laboratory work `WORK/NAME`, `WORK/logs/NAME` or
+//! `logs/NAME`, and a file reached through a symbolic link has to be inside the folder as well.
 
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -240,7 +240,8 @@ impl Session {
         of_works.into_iter().chain(self.files(endings)).collect()
     }
 
-    /// The logs: those of laboratory works, recordings, and files of other programs once their import file exists. The series of answers are not among them.
+    /// The logs: those of laboratory works, recordings, and files of other programs once their import file exists. The series of answers
+    /// are not among them.
     pub fn logs(&self) -> Vec<SessionFile> {
         let endings: Vec<String> = ENDINGS.iter().map(|ending| format!(".{ending}")).collect();
         let endings: Vec<&str> = endings.iter().map(String::as_str).collect();

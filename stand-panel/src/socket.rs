@@ -1,7 +1,7 @@
 //! The WebSocket of a page: binary messages only.
 //!
-//! From the page: first the token, within two seconds; then single bytes ([`page_message`]). To the page: the messages of [`super::hub`], and the state ten times a second. The page's
-//! beats come from animation frames of its main thread: a frozen or hidden page sends none.
+//! From the page: first the token, within two seconds; then single bytes ([`page_message`]). To the page: the messages of [`super::hub`],
+//! and the state ten times a second. The page's beats come from animation frames of its main thread: a frozen or hidden page sends none.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;

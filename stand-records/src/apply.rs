@@ -1,6 +1,7 @@
 //! Results of a calibration in a model or in the settings of a stand.
 //!
-//! A model and the settings contain the parameters of the drive and of the stand's rate sensor. Results for another device have no place in them.
+//! A model and the settings contain the parameters of the drive and of the stand's rate sensor. Results for another device have no place in
+//! them.
 
 use super::record::CalibrationRecord;
 use identification::model::{Model, ModelError};
@@ -64,7 +65,8 @@ pub fn apply_to_model(record: &CalibrationRecord, model: &mut Model) -> Result<(
     Ok(())
 }
 
-/// Writes the results into the settings of a stand and saves them. Returns the changed settings and their new values; without any, nothing is saved.
+/// Writes the results into the settings of a stand and saves them. Returns the changed settings and their new values; without any, nothing
+/// is saved.
 ///
 /// # Errors
 /// The connection fails, or the stand rejects a value.

@@ -1,6 +1,7 @@
 //! Record files below a folder: found, read, and verified against the raw logs beside them.
 //!
-//! Verification needs the folder only: the logs must have the recorded SHA-256, and computing again by the recorded session must give the same values.
+//! Verification needs the folder only: the logs must have the recorded SHA-256, and computing again by the recorded session must give the
+//! same values.
 
 use super::record::{RecordError, findings};
 use super::stored_record::{RECORD_FILE, StoredRecord};

@@ -1,7 +1,8 @@
-//! The details of a certificate that no log contains (ISO/IEC 17025:2017, clauses 7.8.2 and 7.8.4), and the conformity of results with limits.
+//! The details of a certificate that no log contains (ISO/IEC 17025:2017, clauses 7.8.2 and 7.8.4), and the conformity of results with
+//! limits.
 //!
-//! Input: a TOML file and a verified record. Output: [`Certificate`]: all fields checked, results with their decisions. Limits: a certificate made here
-//! is never called accredited; the laboratory is responsible for what the fields state.
+//! Input: a TOML file and a verified record. Output: [`Certificate`]: all fields checked, results with their decisions. Limits: a
+//! certificate made here is never called accredited; the laboratory is responsible for what the fields state.
 
 use super::archive::{LogState, Verification};
 use super::stored_record::{StoredQuantity, StoredRecord};

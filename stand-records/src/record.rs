@@ -70,7 +70,8 @@ pub fn compute(folder: &Path) -> Result<CalibrationRecord, RecordError> {
     compute_until(folder, Deadline::NEVER)
 }
 
-/// As [`compute`], ended by a deadline: between the logs, and during the fits of a drive. The computation itself takes less than a second for a default session.
+/// As [`compute`], ended by a deadline: between the logs, and during the fits of a drive. The computation itself takes less than a second
+/// for a default session.
 ///
 /// # Errors
 /// As [`compute`]; [`CalibrateError::Interrupted`] after the deadline.

@@ -1,10 +1,11 @@
 //! The record store: calibration records of many devices in one folder, as a SQLite database with the raw logs beside it.
 //!
-//! `records.sqlite` has the tables `parts`, `sessions`, `quantities` and `logs`; `logs/` has each raw log once, named by its SHA-256. Input: the folder of a
-//! session with its record. Output: records as [`ArchivedRecord`] and rows of quantities.
+//! `records.sqlite` has the tables `parts`, `sessions`, `quantities` and `logs`; `logs/` has each raw log once, named by its SHA-256.
+//! Input: the folder of a session with its record. Output: records as [`ArchivedRecord`] and rows of quantities.
 //!
-//! A session is in the store once [`RecordStore::add`] has returned: its logs are on the disk before the database, which is written in one transaction with
-//! full synchronisation. A killed program or a full disk leaves the store as it was before; several programs may add at the same time.
+//! A session is in the store once [`RecordStore::add`] has returned: its logs are on the disk before the database, which is written in one
+//! transaction with full synchronisation. A killed program or a full disk leaves the store as it was before; several programs may add at
+//! the same time.
 
 use super::archive::ArchivedRecord;
 use super::stored_record::{RECORD_FILE, StoredRecord};

@@ -1,7 +1,7 @@
 //! The file `record.json`: a calibration with all texts, so that it can be read without the program that made it.
 //!
-//! Each quantity is an entry by its name; the entry `record` holds the session as it was run, the raw logs with their SHA-256, the operator's
-//! actions, interruptions, absent quantities, remarks and curves.
+//! Each quantity is an entry by its name; the entry `record` holds the session as it was run, the raw logs with their SHA-256, the
+//! operator's actions, interruptions, absent quantities, remarks and curves.
 
 use identification::statistics::uncertainty::{
     COVERAGE_PROBABILITY, Conditions, Contribution, CovarianceMatrix, Distribution, Evaluation, Quantity,

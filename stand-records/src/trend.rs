@@ -1,11 +1,11 @@
 //! Trend of a device under test over its calibration records.
 //!
-//! Input: the records of one device. Output: each quantity over the dates; its change since the first and since the previous record, each with an
-//! uncertainty; and a straight line over time from three records on.
+//! Input: the records of one device. Output: each quantity over the dates; its change since the first and since the previous record, each
+//! with an uncertainty; and a straight line over time from three records on.
 //!
-//! Contributions of type B with the same source, on the same stand, are *common* to two records: they enter both with the same error (crystal,
-//! mounting, readings). Only their difference |u₂ − u₁| remains in a change (GUM F.1.2.3, correlation 1). A device that was mounted anew has another
-//! misalignment; then the uncertainty without common contributions holds, which is given too.
+//! Contributions of type B with the same source, on the same stand, are *common* to two records: they enter both with the same error
+//! (crystal, mounting, readings). Only their difference |u₂ − u₁| remains in a change (GUM F.1.2.3, correlation 1). A device that was
+//! mounted anew has another misalignment; then the uncertainty without common contributions holds, which is given too.
 
 use super::archive::ArchivedRecord;
 use super::stored_record::StoredQuantity;
@@ -90,9 +90,9 @@ impl Change {
     }
 }
 
-/// Standard deviation of the difference of two averages of a value with flicker noise, from its Allan deviation a at the averaging time τ: a √(2 B₂(r)) with
-/// r = T/τ, T the time between the averages (bias function B₂ for flicker frequency noise, NIST Technical Note 375). `None` where the records have no
-/// in-run instability.
+/// Standard deviation of the difference of two averages of a value with flicker noise, from its Allan deviation a at the averaging time τ:
+/// a √(2 B₂(r)) with r = T/τ, T the time between the averages (bias function B₂ for flicker frequency noise, NIST Technical Note 375).
+/// `None` where the records have no in-run instability.
 fn instability_u(before: &Point, after: &Point) -> Option<f64> {
     let (a, b) = (before.quantity.conditions.instability?, after.quantity.conditions.instability?);
     let averaged_s = 0.5 * (a.averaged_s + b.averaged_s);
@@ -141,8 +141,8 @@ pub struct Series {
     pub changes: Vec<(Change, Change)>,
     /// The straight line.
     pub line: Option<Line>,
-    /// Standard deviation from session to session, from three records on (IEEE Std 528: repeatability; with the power switched off in between, from
-    /// turn-on to turn-on).
+    /// Standard deviation from session to session, from three records on (IEEE Std 528: repeatability; with the power switched off in
+    /// between, from turn-on to turn-on).
     pub repeatability: Option<Quantity<(), ()>>,
 }
 
@@ -279,8 +279,8 @@ fn trend(records: &[&ArchivedRecord], quantity: Option<&str>) -> Trend {
     }
 }
 
-/// Weighted least squares over the days. The weights contain what is not common to all records; a Birge ratio above 1 enlarges the uncertainty of the
-/// slope.
+/// Weighted least squares over the days. The weights contain what is not common to all records; a Birge ratio above 1 enlarges the
+/// uncertainty of the slope.
 fn line(points: &[Point]) -> Option<Line> {
     if points.len() < MIN_LINE_RECORDS {
         return None;

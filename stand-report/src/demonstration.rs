@@ -8,7 +8,8 @@ use identification::identify::explain::Explanation;
 use identification::identify::fit::FitResult;
 use identification::log::Axis;
 
-/// One line for each channel: rms residual of the nominal model (if there is one), rms residual of each stage of the explanation, and noise.
+/// One line for each channel: rms residual of the nominal model (if there is one), rms residual of each stage of the explanation, and
+/// noise.
 pub fn residual_table(nominal: &FitResult, explanation: &Explanation) -> String {
     let number = |x: f64| significant(x, 3);
     let mut header = vec!["".to_owned()];

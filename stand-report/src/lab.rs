@@ -1,7 +1,8 @@
 //! The laboratory course as text, JSON and HTML: list of works, start, check, report of the student, judgement.
 //!
-//! Words of both languages are in [`super::lab_words`]. The report shows what the student has done, without true values, and is made for print. The page of the judgement is for the teacher. No text says that a
-//! work is passed: answers in words and the conclusion are the teacher's to judge.
+//! Words of both languages are in [`super::lab_words`]. The report shows what the student has done, without true values, and is made for
+//! print. The page of the judgement is for the teacher. No text says that a work is passed: answers in words and the conclusion are the
+//! teacher's to judge.
 
 use serde::Serialize;
 use serde_json::Value;

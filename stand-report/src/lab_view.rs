@@ -1,4 +1,5 @@
-//! A laboratory work for the page of the panel: the instructions as HTML (texts of the program; on a real stand, with names out of `work.toml`), questions, quantities and classes, as JSON.
+//! A laboratory work for the page of the panel: the instructions as HTML (texts of the program; on a real stand, with names out of
+//! `work.toml`), questions, quantities and classes, as JSON.
 //!
 //! Texts are in the language of the work. The HTML has no markup of the text itself: what CommonMark calls raw HTML is escaped.
 

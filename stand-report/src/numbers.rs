@@ -1,6 +1,7 @@
 //! Numbers for people: significant digits, values with their uncertainty, p-values.
 
-/// What precedes the standard errors of a fit: where it leaves more than noise, what the model lacks may have shifted the parameters by more than they say.
+/// What precedes the standard errors of a fit: where it leaves more than noise, what the model lacks may have shifted the parameters by
+/// more than they say.
 pub fn at_least(sigma_is_lower_bound: bool) -> &'static str {
     if sigma_is_lower_bound { "at least " } else { "" }
 }
@@ -44,8 +45,8 @@ pub fn with_sigma(value: f64, sigma: f64) -> String {
     let size = exponent(&format!("{:.1e}", value.abs().max(sigma)));
     let last = exponent(&format!("{sigma:.1e}")) - 1;
     let decimals = |power: i32| (power - last).clamp(0, 12) as usize;
-    // Rounded to the digits of the uncertainty, a value far below it would be zero: then both are given to the first digit of the value, or each
-    // with its own power of ten.
+    // Rounded to the digits of the uncertainty, a value far below it would be zero: then both are given to the first digit of the value, or
+    // each with its own power of ten.
     if value != 0.0 && value.abs() < 0.5 * 10f64.powi(last) {
         let first = -exponent(&format!("{value:.0e}"));
         let decimals = first.unsigned_abs() as usize;

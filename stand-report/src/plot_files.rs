@@ -1,4 +1,5 @@
-//! The plots of an HTML report as files of their own, SVG and PNG, for a paper or a slide: light colours, the caption with its legend below.
+//! The plots of an HTML report as files of their own, SVG and PNG, for a paper or a slide: light colours, the caption with its legend
+//! below.
 
 use std::fmt::Write as _;
 

@@ -1,10 +1,10 @@
 //! Display units of measured quantities, chosen by the user (`--units deg/h,mg,ppm`).
 //!
-//! Input: a [`Dimension`] and the [`Units`] of the user, completed by the defaults of the report. Output: factor from the SI unit and symbol. Results
-//! are computed and stored in SI units; only texts, pages and the list `quantities` of a JSON answer use these units.
+//! Input: a [`Dimension`] and the [`Units`] of the user, completed by the defaults of the report. Output: factor from the SI unit and
+//! symbol. Results are computed and stored in SI units; only texts, pages and the list `quantities` of a JSON answer use these units.
 //!
-//! A unit of rate also fixes the units of all quantities derived from a rate: with `deg/h` an angle random walk is in °/√h and a rate ramp in °/h/h.
-//! `deg/sqrt(h)` and `(deg/s)/sqrt(Hz)` choose the unit of random walk or density alone.
+//! A unit of rate also fixes the units of all quantities derived from a rate: with `deg/h` an angle random walk is in °/√h and a rate ramp
+//! in °/h/h. `deg/sqrt(h)` and `(deg/s)/sqrt(Hz)` choose the unit of random walk or density alone.
 
 use std::f64::consts::PI;
 use std::str::FromStr;

@@ -30,7 +30,8 @@ enum InterpretationOption {
     Integral,
 }
 
-/// Noise coefficients by the Allan deviation, for τ up to T/10 (T: duration of the log): σ²(τ) = 3Q²/τ² + N²/τ + (0.664 B)² + K²τ/3 + R²τ²/2.
+/// Noise coefficients by the Allan deviation, for τ up to T/10 (T: duration of the log): σ²(τ) = 3Q²/τ² + N²/τ + (0.664 B)² + K²τ/3 +
+/// R²τ²/2.
 #[derive(Debug, Args)]
 pub(super) struct Allan {
     /// The log of a sensor at rest, .csv or .parquet

@@ -1,7 +1,7 @@
 //! `stand console`: commands to a stand, typed on a terminal or piped from a script.
 //!
-//! On a terminal: line editing, history, completion from the stand's `HELP?`. From a pipe: each line is sent in turn; replies go to standard
-//! output, rejected commands to standard error. All lines are sent; the exit status is 2 if the stand rejected any.
+//! On a terminal: line editing, history, completion from the stand's `HELP?`. From a pipe: each line is sent in turn; replies go to
+//! standard output, rejected commands to standard error. All lines are sent; the exit status is 2 if the stand rejected any.
 
 use std::io::{BufRead, IsTerminal};
 use std::path::PathBuf;

@@ -30,7 +30,8 @@ pub(super) struct Uncertainties {
     /// Standard uncertainty of the latitude, degrees
     #[arg(long, value_name = "DEG", default_value_t = DEFAULT_LATITUDE_ERROR_RAD.to_degrees(), allow_negative_numbers = true)]
     pub latitude_error: f64,
-    /// Bound of the asymmetry of the torquer's gain between both signs, percent; acts where the pulses have one amplitude, which does not show it
+    /// Bound of the asymmetry of the torquer's gain between both signs, percent; acts where the pulses have one amplitude, which does not
+    /// show it
     #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * DEFAULT_TORQUER_ASYMMETRY, allow_negative_numbers = true)]
     pub torquer_asymmetry: f64,
 }

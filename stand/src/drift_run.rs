@@ -98,8 +98,8 @@ pub(super) struct Run {
     /// Order of the visits to the positions
     #[arg(long, value_enum, default_value_t = OrderOption::Abba)]
     order: OrderOption,
-    /// Number of times that the order is run. From two on the offsets of the visits (turn, level) are measured and are in the uncertainty [default: 2 for abba, 1
-    /// for once]
+    /// Number of times that the order is run. From two on the offsets of the visits (turn, level) are measured and are in the uncertainty
+    /// [default: 2 for abba, 1 for once]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=20))]
     rounds: Option<u32>,
     /// What turns the gyroscope between positions

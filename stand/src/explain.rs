@@ -39,14 +39,15 @@ pub(super) struct Explain {
     /// Write the model with the missing effects to this file instead
     #[arg(long, value_name = "MODEL")]
     out: Option<PathBuf>,
-    /// Write the answers about the logs of a folder and its subfolders as a table to this file, .parquet, one row a log; continues an interrupted run
+    /// Write the answers about the logs of a folder and its subfolders as a table to this file, .parquet, one row a log; continues an
+    /// interrupted run
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
     /// Table of the stands of the logs for --table, .csv with the columns path, stand, date, batch, where the logs do not state them
     #[arg(long, value_name = "FILE", requires = "table")]
     stands: Option<PathBuf>,
-    /// Effort after which the search ends with the verdict not-finished: rows simulated × (1 + derivatives), over the rows of the logs; 0: none. Usual logs need
-    /// a tenth of it or less
+    /// Effort after which the search ends with the verdict not-finished: rows simulated × (1 + derivatives), over the rows of the logs; 0:
+    /// none. Usual logs need a tenth of it or less
     #[arg(long, value_name = "PASSES", default_value_t = DEFAULT_EFFORT)]
     effort: u64,
     /// Continue a search that was not finished, from the state that it has written

@@ -12,7 +12,8 @@ use stand_report::inspection as report;
 /// What the user states about a log of another program; it is remembered in NAME.import.toml beside the log.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct ImportOptions {
-    /// A log of another program: column FROM of the file (name or number) is column TO, for example speed_rpm=omega_rad_s; FROM=- leaves it out
+    /// A log of another program: column FROM of the file (name or number) is column TO, for example speed_rpm=omega_rad_s; FROM=- leaves it
+    /// out
     #[arg(long, value_name = "FROM=TO", help_heading = "Logs of other programs")]
     map: Vec<String>,
     /// Unit of a column of the file, for example t=ms, speed=rpm, enc=counts:8192 (per turn), pwm="0.047 V"

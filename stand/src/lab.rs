@@ -58,7 +58,8 @@ pub(super) enum LabCommand {
     Check(Check),
     /// Write the report of a work for print, and an archive of its files
     Report(Report),
-    /// Judge a work: origin of its logs, journal, values with their uncertainties. It shows the true values: answers changed later do not count
+    /// Judge a work: origin of its logs, journal, values with their uncertainties. It shows the true values: answers changed later do not
+    /// count
     Grade(Grade),
 }
 
@@ -101,7 +102,8 @@ pub(super) struct Start {
     /// Serial port of a real stand, from which the logs are recorded [default: the simulated stand]
     #[arg(long, value_name = "P", requires_all = ["reference", "key"])]
     port: Option<PathBuf>,
-    /// The teacher's reference of a real stand: a TOML file with the values and their uncertainties, or record.json of `stand calibrate`. Keep it from the student; the work folder has only a code of it
+    /// The teacher's reference of a real stand: a TOML file with the values and their uncertainties, or record.json of `stand calibrate`.
+    /// Keep it from the student; the work folder has only a code of it
     #[arg(long, value_name = "FILE", requires = "port")]
     reference: Option<PathBuf>,
     /// A hunt on a real stand: model of the drive with nothing hidden

@@ -40,7 +40,8 @@ pub(super) struct ReportOutput {
 /// The units of a report.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub(super) struct UnitOptions {
-    /// Units of text and pages, separated by commas: deg/h, deg/s, rad/s, deg/sqrt(h), (deg/s)/sqrt(Hz), m/s2, mg, ug, ug/sqrt(Hz), %, ppm …
+    /// Units of text and pages, separated by commas: deg/h, deg/s, rad/s, deg/sqrt(h), (deg/s)/sqrt(Hz), m/s2, mg, ug, ug/sqrt(Hz), %, ppm
+    /// …
     #[arg(long, value_name = "LIST", value_parser = str::parse::<Units>)]
     pub units: Option<Units>,
 }
@@ -79,7 +80,8 @@ impl SeriesOutput {
 /// The time that an analysis may take.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct TimeLimit {
-    /// Time after which the analysis ends with its best answer so far and exit status 1, s; 0: none. The answer then depends on the load of the machine
+    /// Time after which the analysis ends with its best answer so far and exit status 1, s; 0: none. The answer then depends on the load of
+    /// the machine
     #[arg(long, value_name = "S", default_value_t = 0.0, allow_negative_numbers = true)]
     pub time_limit: f64,
 }

@@ -1,4 +1,5 @@
-//! `stand records`: lists the records of calibrations, shows one, evaluates one at a rate, reports the trend of a device; fills and exports a record store.
+//! `stand records`: lists the records of calibrations, shows one, evaluates one at a rate, reports the trend of a device; fills and exports
+//! a record store.
 
 use std::path::{Path, PathBuf};
 

@@ -17,13 +17,13 @@ use stand_report::settings as report;
 pub(super) enum Settings {
     /// Write all settings of a stand into a TOML file
     ///
-    /// The file has the settings and scales with their units, the harmonics of the compensation, the observer, and the stand's serial number
-    /// and firmware. `stand settings import` writes it into this or another stand.
+    /// The file has the settings and scales with their units, the harmonics of the compensation, the observer, and the stand's serial
+    /// number and firmware. `stand settings import` writes it into this or another stand.
     Export(Export),
     /// Write the settings of a file into a stand and its flash
     ///
-    /// Every value is checked before the first is sent. The drive must be off. Differences are printed, the settings are written, saved in the
-    /// stand's flash and read back. A key that the file lacks keeps the stand's value. Scales act from the next power-on on.
+    /// Every value is checked before the first is sent. The drive must be off. Differences are printed, the settings are written, saved in
+    /// the stand's flash and read back. A key that the file lacks keeps the stand's value. Scales act from the next power-on on.
     Import(Import),
 }
 

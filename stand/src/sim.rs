@@ -1,5 +1,5 @@
-//! `stand sim`: the firmware on the simulated stand, or the flashed image on the emulated chip, as a log in virtual time or as a serial port in real
-//! time.
+//! `stand sim`: the firmware on the simulated stand, or the flashed image on the emulated chip, as a log in virtual time or as a serial
+//! port in real time.
 
 use std::path::{Path, PathBuf};
 
@@ -38,12 +38,12 @@ pub(super) struct Sim {
     /// Log to write, .csv or .parquet
     #[arg(long, value_name = "LOG")]
     out: Option<PathBuf>,
-    /// Serve the stand in real time instead, and print its port: `pty`, a serial port for any program, or `tcp:PORT`, raw SCPI on this computer (0: a free
-    /// port)
+    /// Serve the stand in real time instead, and print its port: `pty`, a serial port for any program, or `tcp:PORT`, raw SCPI on this
+    /// computer (0: a free port)
     #[arg(long, value_name = "pty|tcp:PORT", conflicts_with_all = ["profile", "mode", "amplitude", "json"])]
     serve: Option<ServedInterface>,
-    /// Emulate the chip, which executes the flashed image, and record from its serial line; ELF file, default: the one that scripts/build-firmware.sh
-    /// has built
+    /// Emulate the chip, which executes the flashed image, and record from its serial line; ELF file, default: the one that
+    /// scripts/build-firmware.sh has built
     #[arg(long, value_name = "ELF", conflicts_with = "gyro", num_args = 0..=1)]
     chip: Option<Option<PathBuf>>,
     /// Symbolic link to the served port
@@ -52,17 +52,17 @@ pub(super) struct Sim {
     /// File with the flash contents of the served stand; read at the start, written at the end
     #[arg(long, value_name = "FILE", requires = "serve", conflicts_with = "out")]
     flash: Option<PathBuf>,
-    /// Connect a simulated gyroscope to the torquer and angle sensor of the served stand; parameters from a TOML file, default 1.5 °/h drift at 70° north.
-    /// With --vibration: the sensitive element, a preset or a .toml file with [four_state], default rate-observer. With --axes 3: the platform, a .toml file
-    /// with [site], [own], [sensor] and three [[torquer]]
+    /// Connect a simulated gyroscope to the torquer and angle sensor of the served stand; parameters from a TOML file, default 1.5 °/h
+    /// drift at 70° north. With --vibration: the sensitive element, a preset or a .toml file with [four_state], default rate-observer. With
+    /// --axes 3: the platform, a .toml file with [site], [own], [sensor] and three [[torquer]]
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     gyro: Option<Option<PathBuf>>,
-    /// Write a log of the gyroscope's sensitive element on a vibrating base instead: amplitude in g, frequency, direction from the rotor's axis, and phase of the
-    /// part across it
+    /// Write a log of the gyroscope's sensitive element on a vibrating base instead: amplitude in g, frequency, direction from the rotor's
+    /// axis, and phase of the part across it
     #[arg(long, value_name = "G,HZ[,DEG[,DEG]]", requires_all = ["gyro", "out"], conflicts_with_all = ["serve", "profile", "mode", "amplitude", "hidden", "stand"])]
     vibration: Option<BaseVibrationOption>,
-    /// Write the log of a drift session of a three-axis platform instead, for `stand drift compute`: two positions in the order A B B A, twice, pulses on all axes
-    /// at once. The only number is 3
+    /// Write the log of a drift session of a three-axis platform instead, for `stand drift compute`: two positions in the order A B B A,
+    /// twice, pulses on all axes at once. The only number is 3
     #[arg(long, value_name = "3", value_parser = clap::value_parser!(u8).range(3..=3), requires_all = ["gyro", "out"], conflicts_with_all = ["serve", "profile", "mode", "amplitude", "hidden", "stand", "seconds", "vibration"])]
     axes: Option<u8>,
     #[command(flatten)]

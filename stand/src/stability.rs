@@ -11,7 +11,8 @@ use identification::log::Log;
 use stand_analysis::stability::{StabilityError, StabilitySettings, of_log};
 use stand_report::stability as report;
 
-/// Rate stability of the platform: standard deviation of the mean rates over windows of 1°, 10°, 360° and whole turns, on each plateau of constant rate.
+/// Rate stability of the platform: standard deviation of the mean rates over windows of 1°, 10°, 360° and whole turns, on each plateau of
+/// constant rate.
 #[derive(Debug, Args)]
 pub(super) struct Stability {
     /// The log, with theta_rad; turn_s for whole turns; rate_cmd_rad_s for the plateaus

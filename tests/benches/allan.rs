@@ -1,8 +1,8 @@
 //! Run time of the overlapping Allan deviation compared with allantools, and memory for a long log.
 //!
-//! `cargo bench -p stand-tests --bench allan`. Method: 10⁷ rates in memory (white noise and a random walk), 23 octaves; best of several runs on
-//! identical numbers, results compared. allantools needs `python3` with the package, else it is skipped. Memory: two hours at 1 kHz from Parquet
-//! and CSV, peak resident set of a separate process.
+//! `cargo bench -p stand-tests --bench allan`. Method: 10⁷ rates in memory (white noise and a random walk), 23 octaves; best of several
+//! runs on identical numbers, results compared. allantools needs `python3` with the package, else it is skipped. Memory: two hours at 1 kHz
+//! from Parquet and CSV, peak resident set of a separate process.
 
 use std::path::Path;
 use std::process::Command;

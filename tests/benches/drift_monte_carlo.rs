@@ -1,8 +1,8 @@
 //! A thousand draws of the three-axis drift measurement with the published values. Prints the table of docs/drift.md.
 //!
-//! Method: latitude 70°, azimuth 80°, drifts of ± 0.5 to 2 °/h, T = 5 s (a cycle of 10 s), 200 samples per second, initial gimbal angles within ±
-//! 60″; the platform is integrated exactly, the rates are computed with the tools' formulas. `cargo bench -p stand-tests --bench
-//! drift_monte_carlo`.
+//! Method: latitude 70°, azimuth 80°, drifts of ± 0.5 to 2 °/h, T = 5 s (a cycle of 10 s), 200 samples per second, initial gimbal angles
+//! within ± 60″; the platform is integrated exactly, the rates are computed with the tools' formulas.
+//! `cargo bench -p stand-tests --bench drift_monte_carlo`.
 
 use stand_tests::drift::{cases, errors, monte_carlo, separated};
 use std::time::Instant;

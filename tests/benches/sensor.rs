@@ -1,4 +1,5 @@
-//! A hidden error of the sensor under test, found on the stand's own logs: the platform's angle is the known motion, the sensor's rate the output.
+//! A hidden error of the sensor under test, found on the stand's own logs: the platform's angle is the known motion, the sensor's rate the
+//! output.
 //!
 //! `cargo bench -p stand-tests --bench sensor -- [N] [SEED]`: N logs, the errors in turn.
 //! `cargo bench -p stand-tests --bench sensor -- write SEED FOLDER`: writes the log and the model of a seed.

@@ -1,8 +1,8 @@
 //! Time and memory of `compare`, `fit` and `explain` by the size of the log.
 //!
-//! `cargo bench -p stand-tests --bench sizes -- [compare] [fit] [explain] [import] [NAME of a size …]`. Each line is a process of its own; memory is its peak resident
-//! set beside the size of the log's columns. The logs follow the equations of the model with white noise (the simulated stand records at 1 kHz only):
-//! voltage steps, rate, current, angle.
+//! `cargo bench -p stand-tests --bench sizes -- [compare] [fit] [explain] [import] [NAME of a size …]`. Each line is a process of its own;
+//! memory is its peak resident set beside the size of the log's columns. The logs follow the equations of the model with white noise (the
+//! simulated stand records at 1 kHz only): voltage steps, rate, current, angle.
 
 use std::process::Command;
 use std::time::Instant;

@@ -1,4 +1,5 @@
-//! A shaft and play under the speed loop, fitted with and without the first moment of the voltage within the row: what the true model leaves, and coverage.
+//! A shaft and play under the speed loop, fitted with and without the first moment of the voltage within the row: what the true model
+//! leaves, and coverage.
 //!
 //! `cargo bench -p stand-tests --bench voltage_slope -- [N]`: N logs per effect.
 

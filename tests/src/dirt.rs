@@ -1,7 +1,7 @@
 //! Imperfections of real benches, added to simulated logs.
 //!
-//! In: a log of the simulated stand, a kind of dirt, a seed. Out: the log as a laboratory would have recorded it. The dynamics are unchanged: a null stays
-//! a null.
+//! In: a log of the simulated stand, a kind of dirt, a seed. Out: the log as a laboratory would have recorded it. The dynamics are
+//! unchanged: a null stays a null.
 
 use identification::identify::fit::noise;
 use identification::log::{Column, Log, Notes};

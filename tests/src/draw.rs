@@ -1,8 +1,9 @@
 //! Stands with a hidden effect, drawn by seed: test cases for the explainer.
 //!
 //! The name of a case defines it completely and reproduces it: `own/cogging/voltage/sweep/3`, `several/2/rate/multi-step/17`,
-//! `nulls/voltage/multisine/5`, `known/rate/sweep/5` (an additional effect that the user's model also has), `outsiders/sector-rub/rate/sweep/1`.
-//! The user's model of each stand has the default stand's structure without the hidden effects, with parameter errors of up to 25 %.
+//! `nulls/voltage/multisine/5`, `known/rate/sweep/5` (an additional effect that the user's model also has),
+//! `outsiders/sector-rub/rate/sweep/1`. The user's model of each stand has the default stand's structure without the hidden effects, with
+//! parameter errors of up to 25 %.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -340,14 +341,14 @@ fn warms(id: &str) -> bool {
     ["viscous-temperature", "resistance-temperature", "rate-bias-temperature"].contains(&id)
 }
 
-/// True if the effect is identifiable on logs of this stand. With a constant supply, supply droop equals a larger R; a current-scale error equals a
-/// larger J with a smaller R.
+/// True if the effect is identifiable on logs of this stand. With a constant supply, supply droop equals a larger R; a current-scale error
+/// equals a larger J with a smaller R.
 fn is_identifiable(id: &str) -> bool {
     !["supply-droop", "current-scale"].contains(&id)
 }
 
-/// Effects of the catalogue that came after the figures of `several` and `known` were printed. These two draw from the others, so that the name of a log
-/// keeps its meaning.
+/// Effects of the catalogue that came after the figures of `several` and `known` were printed. These two draw from the others, so that the
+/// name of a log keeps its meaning.
 const LATER: [&str; 8] = [
     "gear-friction",
     "inertia-variation",

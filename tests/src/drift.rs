@@ -43,7 +43,8 @@ pub struct Case {
     pub campaign: Campaign,
 }
 
-/// The cases with the values of docs/theory.md: mean relative error of the drift in percent; mean azimuth error in arcminutes, raw and corrected.
+/// The cases with the values of docs/theory.md: mean relative error of the drift in percent; mean azimuth error in arcminutes, raw and
+/// corrected.
 pub fn cases() -> [(Case, [f64; 3]); 6] {
     let sensor = |noise: f64, step: f64| AngleSensor { noise_rad: noise * ARCSEC, step_rad: step * ARCSEC, ..AngleSensor::ideal() };
     let usual = Campaign { sensor: sensor(0.5, 1.0), ..Campaign::default() };

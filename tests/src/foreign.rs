@@ -94,8 +94,8 @@ impl Case {
         Some(self.model(self.effects.as_ref()?, &parameters))
     }
 
-    /// The model with the true effects at the start of a fit: the user's values, and the catalogue's start for the hidden effect. Harmonic orders
-    /// are true, because no fit changes them.
+    /// The model with the true effects at the start of a fit: the user's values, and the catalogue's start for the hidden effect. Harmonic
+    /// orders are true, because no fit changes them.
     pub fn start_model(&self) -> Option<Model> {
         let user_model_table = self.user_model_table["parameters"].as_table().expect("parameters");
         let mut parameters: Vec<(String, f64)> =

@@ -1,5 +1,5 @@
-//! Shared by the tests and tables of whole sessions: external logs with their answers, sessions on the simulated stand, stands with a hidden
-//! effect, and the evaluation of explanations.
+//! Shared by the tests and tables of whole sessions: external logs with their answers, sessions on the simulated stand, stands with a
+//! hidden effect, and the evaluation of explanations.
 
 pub mod bench;
 pub mod calibration;

@@ -27,8 +27,8 @@ const SETTLING_BAND: f64 = 0.02;
 /// Duration of a step, s.
 const STEP_S: f64 = 2.0;
 
-/// The default stand (Coulomb and viscous friction, inductance, one tick of delay) with cogging of harmonic order 7, in the middle of the range of
-/// hidden cogging, and half of that at order 14.
+/// The default stand (Coulomb and viscous friction, inductance, one tick of delay) with cogging of harmonic order 7, in the middle of the
+/// range of hidden cogging, and half of that at order 14.
 pub fn cogging_stand() -> Stand {
     let mut stand = Stand::default();
     for (name, order, torque_N_m, phase_rad) in [("cogging", 7.0, 2e-3, 0.3), ("cogging#2", 14.0, 1e-3, 2.0)] {

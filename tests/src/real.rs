@@ -35,8 +35,8 @@ pub fn with_values(model: &Model, parameters: &fit::Parameters) -> Model {
     fitted
 }
 
-/// Root mean square of measured minus modelled position over all of `log`, in the angle's unit: a free run from the measured first angle at the
-/// initial rate that fits best. (`stand` itself compares increments over 20 ms.)
+/// Root mean square of measured minus modelled position over all of `log`, in the angle's unit: a free run from the measured first angle at
+/// the initial rate that fits best. (`stand` itself compares increments over 20 ms.)
 ///
 /// # Errors
 /// The model cannot be simulated.
@@ -61,8 +61,8 @@ pub fn position_rms(log: &Log, model: &Model) -> Result<f64, FitError> {
     Ok((sum / n as f64).sqrt())
 }
 
-/// Largest correlation of `function(θ + shift)` with `map`, the values at the angles `theta_rad`, for shifts of at most ± `reach_rad`; and that
-/// shift, rad. Means are removed.
+/// Largest correlation of `function(θ + shift)` with `map`, the values at the angles `theta_rad`, for shifts of at most ± `reach_rad`; and
+/// that shift, rad. Means are removed.
 pub fn correlation_with_map(function: impl Fn(f64) -> f64, theta_rad: &[f64], map: &[f64], reach_rad: f64) -> (f64, f64) {
     // Shifts tried on each side of zero.
     let steps = 64;

@@ -1,7 +1,8 @@
 //! Exception entry and return (B1.5.6 to B1.5.8).
 //!
-//! The floating-point registers are pushed at entry. The chip reserves the space and pushes them at the first floating-point instruction of the
-//! handler (FPCCR.LSPEN, B1.5.7). A handler sees the same values; the cost is too high by 17 cycles for a handler without floating point.
+//! The floating-point registers are pushed at entry. The chip reserves the space and pushes them at the first floating-point instruction of
+//! the handler (FPCCR.LSPEN, B1.5.7). A handler sees the same values; the cost is too high by 17 cycles for a handler without floating
+//! point.
 use super::registers::{CONTROL_FLOAT_ACTIVE, CONTROL_PROCESS_STACK};
 use super::{Bus, Core, Width};
 
@@ -24,7 +25,8 @@ const EXC_RETURN_THREAD: u32 = 1 << 3;
 const EXC_RETURN_PROCESS_STACK: u32 = 1 << 2;
 
 impl Core {
-    /// Enters exception `number`: stacks the frame, loads the vector, sets LR to EXC_RETURN. Returns the cycles: 12, or 29 with floating point.
+    /// Enters exception `number`: stacks the frame, loads the vector, sets LR to EXC_RETURN. Returns the cycles: 12, or 29 with floating
+    /// point.
     pub fn enter_exception<B: Bus>(&mut self, bus: &mut B, number: u32, vector_table: u32) -> u32 {
         let float = self.control & CONTROL_FLOAT_ACTIVE != 0;
         let process_stack = self.uses_process_stack();

@@ -1,8 +1,8 @@
 //! Interpreter of the Cortex-M4 with FPv4-SP (ARMv7-M Architecture Reference Manual, DDI 0403E).
 //!
-//! Input: halfwords and data through [`Bus`]. Output: changed registers, accesses of the bus, and the cycles of each instruction without wait
-//! states (Cortex-M4 TRM, DDI 0439B table 3-1 and table 7-1; a taken branch costs two cycles of pipeline refill).
-//! Encodings that the manual calls undefined or unpredictable end in [`Event::Undefined`] where the decoder distinguishes them.
+//! Input: halfwords and data through [`Bus`]. Output: changed registers, accesses of the bus, and the cycles of each instruction without
+//! wait states (Cortex-M4 TRM, DDI 0439B table 3-1 and table 7-1; a taken branch costs two cycles of pipeline refill). Encodings that the
+//! manual calls undefined or unpredictable end in [`Event::Undefined`] where the decoder distinguishes them.
 //!
 //! Limits: access permissions of the coprocessor (CPACR), faults for unaligned LDM, LDRD and LDREX, and the MPU belong to the bus.
 //! Floating point: arithmetic rounds to nearest, the cumulative exception flags of FPSCR stay as written.

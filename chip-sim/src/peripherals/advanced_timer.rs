@@ -1,4 +1,5 @@
-//! TIM1 (RM0390 §16) as the bridge's timer: centre-aligned counting, repetition counter, preloaded compare values, break and main output enable.
+//! TIM1 (RM0390 §16) as the bridge's timer: centre-aligned counting, repetition counter, preloaded compare values, break and main output
+//! enable.
 
 use crate::peripherals::rcc::period;
 use crate::time::{NEVER, Time};

@@ -202,8 +202,8 @@ impl Rcc {
         Clocks { core_Hz, apb1_Hz: core_Hz / apb1, apb2_Hz: core_Hz / apb2, timer1_Hz: timer(apb1), timer2_Hz: timer(apb2) }
     }
 
-    /// The ST-Link's clock stops. With the clock security system the chip continues on the internal oscillator and takes an NMI (RM0390 §6.2.7);
-    /// without it the core stops. Returns whether the core still has a clock.
+    /// The ST-Link's clock stops. With the clock security system the chip continues on the internal oscillator and takes an NMI (RM0390
+    /// §6.2.7); without it the core stops. Returns whether the core still has a clock.
     pub fn stop_external_clock(&mut self) -> bool {
         self.hse_present = false;
         let uses = match self.words[CFGR] & 3 {

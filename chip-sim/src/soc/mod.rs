@@ -1,8 +1,8 @@
 //! The chip around its core: memories, address map, clock gates, events in time, DMA requests, interrupt lines, wait states.
 //!
 //! Every access is checked as the chip checks it: a peripheral whose clock is off reads zero and ignores writes (and is listed in
-//! [`Soc::gated`]), a pin reaches a peripheral only through the right alternate function, locked flash cannot be written. An address or a register
-//! that is not modelled ends the simulation with an error.
+//! [`Soc::gated`]), a pin reaches a peripheral only through the right alternate function, locked flash cannot be written. An address or a
+//! register that is not modelled ends the simulation with an error.
 
 mod address_map;
 mod bus;

@@ -171,7 +171,8 @@ impl Soc {
             None => self.fail(AccessError::Unmapped { address, write: true }),
             Some((block, _)) if !self.is_clocked(block, address, true) => {}
             Some((block, offset)) => {
-                // APB registers are written as words: a narrow access is repeated on the other lanes (RM0390 §2.1); data registers take it as it is.
+                // APB registers are written as words: a narrow access is repeated on the other lanes (RM0390 §2.1); data registers take it
+                // as it is.
                 let narrow = match width {
                     Width::Word => value,
                     Width::Half => value & 0xFFFF,

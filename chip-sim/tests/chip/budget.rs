@@ -1,7 +1,7 @@
 //! Costs of the flashed image on the emulated chip, against `firmware/budget.toml`: the whole handler of the tick, CPU load, stack.
 //!
-//! The scene is heavy normal use: 30 rad/s with eight harmonics, the default stream at 1 kHz, queries of all estimates. `--nocapture` prints the table
-//! of docs/emulated-chip.md.
+//! The scene is heavy normal use: 30 rad/s with eight harmonics, the default stream at 1 kHz, queries of all estimates. `--nocapture`
+//! prints the table of docs/emulated-chip.md.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;

@@ -1,6 +1,6 @@
-//! The tick's arithmetic on the chip and on the host, bit for bit: one drive of `hal-sim`, whose readings and commands are replayed in the library
-//! compiled for the chip. Compared in each tick: the output, the rate estimate, the setpoint, the fault, and each millisecond the whole report
-//! (sum of the duties, ramp, rate by the edges, limits).
+//! The tick's arithmetic on the chip and on the host, bit for bit: one drive of `hal-sim`, whose readings and commands are replayed in the
+//! library compiled for the chip. Compared in each tick: the output, the rate estimate, the setpoint, the fault, and each millisecond the
+//! whole report (sum of the duties, ramp, rate by the edges, limits).
 #![allow(clippy::unwrap_used)]
 
 #[path = "../../../firmware/src/bin/replay/words.rs"]
@@ -22,8 +22,8 @@ use words::{BATCH, INPUT, OUTPUT, TickInput, config, high, tick};
 /// Longest time of a batch: the program runs at 16 MHz.
 const BATCH_TIME: Time = 200 * PER_MS;
 
-/// The command given at a tick: voltage into the limit, a fast and a slow rate, a reversal, a profile of segments, an angle, an overspeed, its
-/// clearing, off.
+/// The command given at a tick: voltage into the limit, a fast and a slow rate, a reversal, a profile of segments, an angle, an overspeed,
+/// its clearing, off.
 fn command(n: u64) -> Option<Command> {
     let hardware = Hardware::default();
     let hold = u16::MAX;

@@ -1,8 +1,8 @@
 //! One session on both simulators: the firmware's library on `hal-sim`, and the flashed image on the emulated chip.
 //!
-//! The two differ in the time at which a command takes effect (one row), in the time between a tick and its reading of the encoder (microseconds
-//! on the chip, zero in `hal-sim`), and in the instants at which the current is sampled. Without sensor noise and on the same plant, rows that are
-//! aligned at the start of the voltage agree within these. `--nocapture` prints the table of docs/emulated-chip.md.
+//! The two differ in the time at which a command takes effect (one row), in the time between a tick and its reading of the encoder
+//! (microseconds on the chip, zero in `hal-sim`), and in the instants at which the current is sampled. Without sensor noise and on the same
+//! plant, rows that are aligned at the start of the voltage agree within these. `--nocapture` prints the table of docs/emulated-chip.md.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -22,8 +22,8 @@ const STEP_S: f64 = 2.0;
 /// Rows compared after the start.
 const COMPARED: usize = 5_000;
 
-/// The session: one line after the other. A line each two seconds is not enough for a stand that expects a sign of life each two seconds. The lines that set
-/// a voltage have one length, so that each takes as long on the wire.
+/// The session: one line after the other. A line each two seconds is not enough for a stand that expects a sign of life each two seconds.
+/// The lines that set a voltage have one length, so that each takes as long on the wire.
 const SESSION: [&str; 4] = [
     "HOST:UNATTended 1E6;:STReam:CHANnels u_V,i_A,theta_rad,supply_V;:STReam ON",
     "SOURce:VOLTage +1;MODE VOLT",

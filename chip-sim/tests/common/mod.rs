@@ -1,6 +1,7 @@
 //! The emulated chip on the default stand, with a host at its serial line.
 //!
-//! The image is `STAND_IMAGE`, else the one that `scripts/build-firmware.sh` has built. Tests that need it are ignored without `--include-ignored`.
+//! The image is `STAND_IMAGE`, else the one that `scripts/build-firmware.sh` has built. Tests that need it are ignored without
+//! `--include-ignored`.
 #![allow(clippy::unwrap_used, dead_code)]
 
 use chip_sim::board::Board;

@@ -80,8 +80,8 @@ impl<S: Scalar> Law<S> for EncoderEccentricity {
         let shown = x.theta * p[1] + p[2];
         let mut phase = shown;
         if x.theta_measured {
-            // The error depends on the true angle, not on the reading: otherwise n e²/2 would remain at the harmonic order 2n. Each iteration
-            // reduces the remaining error by the factor n e.
+            // The error depends on the true angle, not on the reading: otherwise n e²/2 would remain at the harmonic order 2n. Each
+            // iteration reduces the remaining error by the factor n e.
             for _ in 0..2 {
                 phase = shown - p[0] * p[1] * phase.portable_sin();
             }

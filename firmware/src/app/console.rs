@@ -1,8 +1,8 @@
 //! The task of the console: bytes to lines, lines to commands, commands to replies.
 //!
-//! The replies of one line are joined by `;`, as in SCPI; a list is a definite-length block (IEEE 488.2 §8.7.9) of lines. After a refused command the rest of its line is not
-//! executed, because it may depend on that command. Errors of a line typed by hand (it ends with CR alone) are shown at once; errors of a
-//! program are kept until `SYSTem:ERRor?`.
+//! The replies of one line are joined by `;`, as in SCPI; a list is a definite-length block (IEEE 488.2 §8.7.9) of lines. After a refused
+//! command the rest of its line is not executed, because it may depend on that command. Errors of a line typed by hand (it ends with CR
+//! alone) are shown at once; errors of a program are kept until `SYSTem:ERRor?`.
 
 use super::commands::fault;
 use super::commands::{Job, List, Outcome, SIGN_OF_LIFE, execute, is_sign_of_life, is_stop, list_line};
@@ -69,7 +69,8 @@ impl<R: Read> Input<R> {
         }
     }
 
-    /// Keeps a byte; without room its line is left out. The stop byte leaves out what came before it. Returns whether the line is kept so far.
+    /// Keeps a byte; without room its line is left out. The stop byte leaves out what came before it. Returns whether the line is kept so
+    /// far.
     #[inline(never)] // for the size of the image
     fn keep(&mut self, byte: u8) -> bool {
         if byte == CANCEL {
@@ -245,8 +246,8 @@ async fn add_errors<C: Clock>(state: &State<'_>, clock: &C, replies: &mut Reply,
     Ok(())
 }
 
-/// Adds a list as a definite-length block to the reply: `#`, the number of digits of the length, the length, and the lines with CR LF between them.
-/// `text` is used for one line at a time and left empty.
+/// Adds a list as a definite-length block to the reply: `#`, the number of digits of the length, the length, and the lines with CR LF
+/// between them. `text` is used for one line at a time and left empty.
 async fn add_block<C: Clock>(state: &State<'_>, clock: &C, replies: &mut Reply, text: &mut Reply, list: List) -> Result<(), ErrorEntry> {
     let mut length = 0_usize;
     for line in 0.. {
@@ -287,8 +288,8 @@ async fn add_block<C: Clock>(state: &State<'_>, clock: &C, replies: &mut Reply, 
     Ok(())
 }
 
-/// Waits until no activity runs. Lines that come meanwhile are executed afterwards, in order; their commands that stop act at once, too. Lines that only give
-/// a sign of life are not kept: a program may wait for hours.
+/// Waits until no activity runs. Lines that come meanwhile are executed afterwards, in order; their commands that stop act at once, too.
+/// Lines that only give a sign of life are not kept: a program may wait for hours.
 async fn wait<C: Clock, R: Read>(state: &State<'_>, clock: &C, input: &mut Input<R>) {
     let mut lines = Lines::default();
     // Whether the byte ends a line of which nothing is left to do.
@@ -351,8 +352,8 @@ fn stop_by(state: &State<'_>, line: &[u8]) {
     }
 }
 
-/// Waits until the bridge brakes and the platform stands: an erase of the flash stalls the core for up to 0.5 s (DS10693, table 48), in which no
-/// tick holds the drive and the encoder's counter of 16 bits may advance by half a wrap at most.
+/// Waits until the bridge brakes and the platform stands: an erase of the flash stalls the core for up to 0.5 s (DS10693, table 48), in
+/// which no tick holds the drive and the encoder's counter of 16 bits may advance by half a wrap at most.
 ///
 /// # Errors
 /// The drive is on, or the platform still turns after three seconds.
@@ -378,8 +379,8 @@ async fn wait_for_rest<C: Clock>(state: &State<'_>, clock: &C) -> Result<(), Err
 /// Time in which the control interrupt clears a fault and reports it, rows: the next command, the next report and the next row take three.
 const CLEAR_TIMEOUT_ROWS: u64 = 8;
 
-/// Clears the latched fault and waits until the rows show it, so that the next command of the line may start something. A fault whose cause is present
-/// stays.
+/// Clears the latched fault and waits until the rows show it, so that the next command of the line may start something. A fault whose cause
+/// is present stays.
 async fn clear_fault<C: Clock>(state: &State<'_>, clock: &C) {
     fault::clear(state);
     let from = clock.now();

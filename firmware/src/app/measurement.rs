@@ -1,7 +1,7 @@
 //! The measurement runner: measurement loop, sensor under test, and setpoints of the speed loop. It runs at a priority above the console.
 //!
-//! Out: rows, through a queue without locks into [`RowReceiver`], which the console's runner empties. The measurement never waits for it: a row that
-//! finds the queue full is counted and lost. The queue spans [`QUEUED_ROWS`] milliseconds of a console that does not yield.
+//! Out: rows, through a queue without locks into [`RowReceiver`], which the console's runner empties. The measurement never waits for it: a
+//! row that finds the queue full is counted and lost. The queue spans [`QUEUED_ROWS`] milliseconds of a console that does not yield.
 
 use super::setpoints;
 use super::state::DriveState;

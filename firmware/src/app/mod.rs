@@ -1,9 +1,10 @@
 //! The whole program on a serial line, as the STM32 and the simulated controller run it.
 //!
 //! In: a [`Board`], both halves of a serial line (embedded-io-async), a flash ([`Store`]), and the line's guard ([`StopLine`], fed by the
-//! receive interrupt). Out: three parts, each with its own priority. [`Interrupt`] is for the control interrupt. [`Measurement::run`] makes rows at
-//! 1 kHz, reads the sensor under test and passes setpoints to the speed loop; its priority is next. [`App::run`] takes the rows and passes them to
-//! telemetry, supervision, calibration and instruments; it serves the console and transmits, in thread mode. The caller owns all memory ([`Memory`]); nothing is static, so that a test can run many stands.
+//! receive interrupt). Out: three parts, each with its own priority. [`Interrupt`] is for the control interrupt. [`Measurement::run`] makes
+//! rows at 1 kHz, reads the sensor under test and passes setpoints to the speed loop; its priority is next. [`App::run`] takes the rows and
+//! passes them to telemetry, supervision, calibration and instruments; it serves the console and transmits, in thread mode. The caller owns
+//! all memory ([`Memory`]); nothing is static, so that a test can run many stands.
 //!
 //! The receive half reports a break by an error of the kind `Interrupted`, or the interrupt reports it to the guard; both end a stream.
 //!
@@ -100,8 +101,8 @@ pub struct App<'a, F> {
     map: &'a mut Map,
 }
 
-/// Assembles the program: the parts for the control interrupt, for the measurement's priority and for thread mode. The settings come from the flash; `defaults` take their
-/// place where there are none, or where they are invalid, which is reported as an error.
+/// Assembles the program: the parts for the control interrupt, for the measurement's priority and for thread mode. The settings come from
+/// the flash; `defaults` take their place where there are none, or where they are invalid, which is reported as an error.
 ///
 /// # Errors
 /// A default setting is invalid.

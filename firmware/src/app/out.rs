@@ -1,7 +1,7 @@
 //! Output to the line: text in text mode, frames in stream mode, each complete or not at all.
 //!
-//! One ring of bytes is filled here and emptied by the transmit task. Rows and heartbeats never wait: without room they are lost, counted, and
-//! leave a gap in the frame numbers. Replies wait, and leave some room to the rows.
+//! One ring of bytes is filled here and emptied by the transmit task. Rows and heartbeats never wait: without room they are lost, counted,
+//! and leave a gap in the frame numbers. Replies wait, and leave some room to the rows.
 
 use crate::board::{Clock, TICKS_PER_ROW};
 use crate::telemetry::frame::MAX_FRAME;

@@ -1,4 +1,5 @@
-//! Distribution of the measured rows in thread mode: to telemetry, supervision, calibration, and the cells that the console reads. Nothing here waits.
+//! Distribution of the measured rows in thread mode: to telemetry, supervision, calibration, and the cells that the console reads. Nothing
+//! here waits.
 
 use super::self_test;
 use super::state::{Activity, CalibrationPhase, State};

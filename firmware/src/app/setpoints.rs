@@ -1,8 +1,8 @@
 //! Passes the setpoints to the speed loop, one millisecond ahead. Part of the measurement runner.
 //!
-//! At t_k it posts the segment of [t_{k+1}, t_{k+2}): of the running profile, or of the held setpoint. In voltage mode a value is held for its
-//! millisecond; in rate mode the command is linear between the values. After a profile the drive is off. Every post also carries the count
-//! of fault clearings and the trip of the slow supervision, so that both reach the loop within two milliseconds.
+//! At t_k it posts the segment of [t_{k+1}, t_{k+2}): of the running profile, or of the held setpoint. In voltage mode a value is held for
+//! its millisecond; in rate mode the command is linear between the values. After a profile the drive is off. Every post also carries the
+//! count of fault clearings and the trip of the slow supervision, so that both reach the loop within two milliseconds.
 
 use super::state::{Activity, DriveState, Request, Run, Setpoint};
 use crate::board::{CONTROL_PER_ROW, Clock, Hardware, TICKS_PER_CONTROL, TICKS_PER_ROW, Ticks};

@@ -1,8 +1,8 @@
-//! State of the parts of the app in thread mode: cells on one thread, grouped by topic, each set by one part and read by others. [`DriveState`]
-//! alone is shared with the setpoint runner at a higher priority.
+//! State of the parts of the app in thread mode: cells on one thread, grouped by topic, each set by one part and read by others.
+//! [`DriveState`] alone is shared with the setpoint runner at a higher priority.
 //!
-//! The console sets requests; the setpoint runner and the rows take them and report. Errors and events from all parts are reported here, so that
-//! they reach the error queue, the status registers and, in stream mode, the line.
+//! The console sets requests; the setpoint runner and the rows take them and report. Errors and events from all parts are reported here, so
+//! that they reach the error queue, the status registers and, in stream mode, the line.
 
 use super::drive_test::DriveTest;
 use super::out::Out;
@@ -260,7 +260,8 @@ pub struct SupervisionState {
     pub settings_changed: Cell<bool>,
     /// The sensor under test has started an operation during which it gives no samples.
     pub dut_busy: Cell<bool>,
-    /// A command of the program that drives was executed since the last row; queries and the commands of a client that only measures do not count.
+    /// A command of the program that drives was executed since the last row; queries and the commands of a client that only measures do not
+    /// count.
     pub host_heard: Cell<bool>,
     /// Until then the drive may be on without a sign of the host.
     pub unattended_until: Cell<Ticks>,

@@ -1,4 +1,5 @@
-//! Sums by angle: commanded voltage and deviation from the command, separately for both directions, and the mean current of each measured leg.
+//! Sums by angle: commanded voltage and deviation from the command, separately for both directions, and the mean current of each measured
+//! leg.
 
 use super::trajectory::Leg;
 use core::f64::consts::TAU;
@@ -16,8 +17,8 @@ pub(super) struct Bin {
 
 const EMPTY_TURN: [Bin; BINS] = [Bin { voltage_V: 0.0, deviation_rad: 0.0, count: 0 }; BINS];
 
-/// Mean current over the angle. (The mean over time would be biased: cogging slows the platform where it opposes the motion, which looks like
-/// friction; 3 % of it with 2 mN m at 3 rad/s.)
+/// Mean current over the angle. (The mean over time would be biased: cogging slows the platform where it opposes the motion, which looks
+/// like friction; 3 % of it with 2 mN m at 3 rad/s.)
 #[derive(Clone, Copy, Debug, Default)]
 struct MeanCurrent {
     sum_A_rad: f64,

@@ -1,12 +1,12 @@
 //! Calibration: the stand measures its own cogging and friction, without model, log or host.
 //!
-//! In: a stand at rest that may turn freely, and its nominal constants ([`Settings`]). Out: [`CalibrationResult`], a compensation with harmonics,
-//! friction and standard errors. The platform turns in rate mode along a fixed [`Trajectory`]: until the index is found, then at two rates in
-//! both directions over whole turns. The loop's voltage at each angle is the voltage that holds the rate there; its harmonics are the
-//! compensation. [`Map`] holds the sums, `result.rs` evaluates them.
+//! In: a stand at rest that may turn freely, and its nominal constants ([`Settings`]). Out: [`CalibrationResult`], a compensation with
+//! harmonics, friction and standard errors. The platform turns in rate mode along a fixed [`Trajectory`]: until the index is found, then at
+//! two rates in both directions over whole turns. The loop's voltage at each angle is the voltage that holds the rate there; its harmonics
+//! are the compensation. [`Map`] holds the sums, `result.rs` evaluates them.
 //!
-//! The compensation in force is not changed here; the caller posts the result. [`CalibrationProgress`] shows the progress and accepts an abort
-//! at any time. Without an index the calibration ends with an error.
+//! The compensation in force is not changed here; the caller posts the result. [`CalibrationProgress`] shows the progress and accepts an
+//! abort at any time. Without an index the calibration ends with an error.
 
 mod map;
 mod result;

@@ -1,8 +1,8 @@
 //! Evaluation of a calibration: from the sums to a compensation.
 //!
 //! At harmonic order n, with s = j n ω, the torque balance of the rotor is u = (R/K)(J s² Δ − T) + K s Δ, where Δ is the deviation of the
-//! angle. The voltage for an exactly constant rate is therefore u − (K s + R J/K s²) Δ, and the disturbance T is −K/R times that. The mean of
-//! both directions depends on the angle alone: it is the harmonic. Half their difference is noise (and angle-dependent friction); its
+//! angle. The voltage for an exactly constant rate is therefore u − (K s + R J/K s²) Δ, and the disturbance T is −K/R times that. The mean
+//! of both directions depends on the angle alone: it is the harmonic. Half their difference is noise (and angle-dependent friction); its
 //! median over all orders gives the standard error of the mean. A harmonic is accepted if noise reaches its amplitude in one of a thousand
 //! calibrations, and if it exceeds one compare count of the bridge.
 

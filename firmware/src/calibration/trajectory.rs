@@ -1,7 +1,7 @@
 //! Trajectory of a calibration, row by row.
 //!
-//! First a leg to find the index, then fast forward, slow forward, slow backward, fast backward: one reversal. Each leg waits for the loop to
-//! settle and then measures over whole turns, so that all angles have the same weight.
+//! First a leg to find the index, then fast forward, slow forward, slow backward, fast backward: one reversal. Each leg waits for the loop
+//! to settle and then measures over whole turns, so that all angles have the same weight.
 
 use crate::board::ROW_HZ;
 use crate::config::{ConfigError, within};

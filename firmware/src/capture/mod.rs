@@ -1,8 +1,8 @@
 //! Capture: a recording of every tick around a fault or a trigger.
 //!
-//! [`Memory`] is a ring of atomic words, so that the interrupt writes and the tasks read without waiting. The interrupt's [`Recorder`] writes
-//! a [`Sample`] in each tick. After a trigger (a fault, or [`Memory::trigger`]) it records the part after it and then freezes the memory,
-//! which the tasks read with [`Memory::record`] until [`Memory::arm`] restarts the recording. Clearing a fault restarts it, too.
+//! [`Memory`] is a ring of atomic words, so that the interrupt writes and the tasks read without waiting. The interrupt's [`Recorder`]
+//! writes a [`Sample`] in each tick. After a trigger (a fault, or [`Memory::trigger`]) it records the part after it and then freezes the
+//! memory, which the tasks read with [`Memory::record`] until [`Memory::arm`] restarts the recording. Clearing a fault restarts it, too.
 
 mod memory;
 mod recorder;

@@ -1,8 +1,8 @@
 //! Compensation in SI units: friction, and torques that depend on the angle.
 //!
-//! In: parameters of a fit or of the stand's own calibration (`calibration`). Out: a checked [`Compensation`], which the speed loop feeds forward
-//! (`speed_loop/feed_forward.rs`). A harmonic is given as the *disturbance*, a sin(nθ + φ) on the rotor (docs/effects.md, `cogging` and
-//! `unbalance`), with θ = 0 at the index; the loop applies its opposite.
+//! In: parameters of a fit or of the stand's own calibration (`calibration`). Out: a checked [`Compensation`], which the speed loop feeds
+//! forward (`speed_loop/feed_forward.rs`). A harmonic is given as the *disturbance*, a sin(nθ + φ) on the rotor (docs/effects.md, `cogging`
+//! and `unbalance`), with θ = 0 at the index; the loop applies its opposite.
 
 mod files;
 

@@ -1,10 +1,10 @@
 //! Emergency stop over the serial line. It acts in the receive interrupt, independently of the tasks, in text mode and in stream mode.
 //!
-//! Input: every received byte ([`Guard::byte`]) and every break ([`Guard::line_break`]). Output: two requests in a [`StopLine`], for a stop and for
-//! text mode. `TickIo::sense` passes the stop request to the tick as `stop`; the app clears it once the fault is latched.
+//! Input: every received byte ([`Guard::byte`]) and every break ([`Guard::line_break`]). Output: two requests in a [`StopLine`], for a stop
+//! and for text mode. `TickIo::sense` passes the stop request to the tick as `stop`; the app clears it once the fault is latched.
 //!
-//! Two inputs request a stop: the byte 0x18 (Ctrl-X) anywhere, and the word STOP, in any case, at the start of a command (start of the line or
-//! after `;`). STOP must be followed by a line end, `;`, `~`, a space or a tab. The guard does not wait for a check sum after it
+//! Two inputs request a stop: the byte 0x18 (Ctrl-X) anywhere, and the word STOP, in any case, at the start of a command (start of the line
+//! or after `;`). STOP must be followed by a line end, `;`, `~`, a space or a tab. The guard does not wait for a check sum after it
 //! (`STOP~1A2B3C4D`): an unwanted stop costs a run, a missed stop may destroy the stand.
 //!
 //! The guard needs a few instructions per byte and one byte of state. It never panics and never waits.

@@ -2,8 +2,9 @@
 //!
 //! CR, LF and CR LF end a line; empty lines are ignored. A line has at most 200 bytes; a longer one is refused whole. Backspace removes the
 //! last byte, for typing in a terminal. Nothing is echoed, so that programs need not separate the echo from the reply; terminals echo
-//! locally (`picocom --echo`, `stand console`). `~` and eight hex digits at the end are the CRC-32 of the bytes before the `~`. While a program
-//! uses check sums, the app refuses lines without one: a damaged byte that became an end of line would otherwise leave a plain command.
+//! locally (`picocom --echo`, `stand console`). `~` and eight hex digits at the end are the CRC-32 of the bytes before the `~`. While a
+//! program uses check sums, the app refuses lines without one: a damaged byte that became an end of line would otherwise leave a plain
+//! command.
 
 use crate::telemetry::crc32;
 use heapless::Vec;

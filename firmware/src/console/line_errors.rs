@@ -1,8 +1,8 @@
 //! Line break and lost bytes by the flags of a serial receiver whose data register is read by DMA alone.
 //!
-//! The flags of a framing error and of an overrun stay until the status and then the data are read. The interrupt reads the status only: if it
-//! read the data too, a byte that is complete between both reads would be taken from DMA. A flag is therefore seen again and again until DMA reads
-//! the next byte, and only its rise counts.
+//! The flags of a framing error and of an overrun stay until the status and then the data are read. The interrupt reads the status only: if
+//! it read the data too, a byte that is complete between both reads would be taken from DMA. A flag is therefore seen again and again until
+//! DMA reads the next byte, and only its rise counts.
 
 /// State of the flags at the last look.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,8 +1,8 @@
 //! Parser of a line: commands separated by `;`, each with a header and parameters. Nothing is copied.
 //!
 //! Header words match in long or short form, in any case (`SOURce:RATE`: SOURCE or SOUR). A command after `;` continues the path of the
-//! command before it (`SOURce:MODE RATE;RATE 5`). A leading `:` or `*` starts at the root, and STOP always does. A word may end with the numeric suffix 1
-//! (`OUTPut1`): there is one of each.
+//! command before it (`SOURce:MODE RATE;RATE 5`). A leading `:` or `*` starts at the root, and STOP always does. A word may end with the
+//! numeric suffix 1 (`OUTPut1`): there is one of each.
 
 use super::errors::{Code, ErrorEntry};
 use super::quantity::{Quantity, number};
@@ -88,8 +88,8 @@ impl<'a> Command<'a> {
         }
     }
 
-    /// The last word of path and header, if all words before it match the pattern. As in [`Command::is`], a header of several words that does not
-    /// match below the path is read from the root.
+    /// The last word of path and header, if all words before it match the pattern. As in [`Command::is`], a header of several words that
+    /// does not match below the path is read from the root.
     pub fn last_below(&self, pattern: &str) -> Option<&'a [u8]> {
         let from_root = || (!self.path.is_empty() && self.header.contains(&b':')).then(|| self.last_after(pattern, b"")).flatten();
         self.last_after(pattern, self.path).or_else(from_root)
@@ -314,8 +314,8 @@ fn split_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Whether `text` is the name of a parameter (`dwell_s`) in any case: in full, without its unit, or in SCPI's short form (four letters, three
-/// if the fourth is a vowel).
+/// Whether `text` is the name of a parameter (`dwell_s`) in any case: in full, without its unit, or in SCPI's short form (four letters,
+/// three if the fourth is a vowel).
 pub fn is_name(text: &[u8], name: &str) -> bool {
     let end = name.bytes().position(|byte| matches!(byte, b'_' | b'-')).unwrap_or(name.len());
     let base = name.get(..end).unwrap_or(name);

@@ -137,7 +137,8 @@ impl Quantity {
     }
 }
 
-/// A number at the beginning of `text`, and the rest: decimal, or an integer as `#H1F`, `#Q17` or `#B101` (IEEE 488.2 §7.7.4). `None` if there is none.
+/// A number at the beginning of `text`, and the rest: decimal, or an integer as `#H1F`, `#Q17` or `#B101` (IEEE 488.2 §7.7.4). `None` if
+/// there is none.
 pub fn number(text: &[u8]) -> Option<(f64, &[u8])> {
     if let Some((b'#', rest)) = text.split_first() {
         let (kind, digits) = rest.split_first()?;

@@ -1,7 +1,7 @@
 //! Status registers of IEEE 488.2 and SCPI: events, kept until they are read, and conditions.
 //!
-//! Standard events by bit: 0 operation complete, 2 query error, 3 device error, 4 execution error, 5 command error, 7 power on. Status byte:
-//! 2 error queue not empty, 3 questionable, 5 standard event, 6 summary of the enabled bits, 7 operation.
+//! Standard events by bit: 0 operation complete, 2 query error, 3 device error, 4 execution error, 5 command error, 7 power on. Status
+//! byte: 2 error queue not empty, 3 questionable, 5 standard event, 6 summary of the enabled bits, 7 operation.
 
 use core::cell::Cell;
 

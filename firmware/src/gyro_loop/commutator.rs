@@ -127,8 +127,8 @@ impl Commutator {
         self.number.wrapping_mul(4) | half
     }
 
-    /// The sample of `at`, a whole millisecond, and the latched fault. Returns the torquer's step from the next millisecond on, and the cycle that
-    /// ends with this sample.
+    /// The sample of `at`, a whole millisecond, and the latched fault. Returns the torquer's step from the next millisecond on, and the
+    /// cycle that ends with this sample.
     pub fn update(&mut self, sample: Option<Stamped<GyroSample>>, at: Ticks, fault: Fault) -> (TorquerStep, Option<Cycle>) {
         let fresh = sample.filter(|sample| sample.at == at).map(|sample| sample.value);
         let [last_step, _] = self.steps;

@@ -95,8 +95,8 @@ impl Cycle {
         -(acc2 as f32) * scales.rad_per_code * ROW_HZ as f32 / self.weights()
     }
 
-    /// (K_m/H) ∫ W i du: rate by which the two pulses differ, from the measured current minus the current at rest (of the zero-input cycle, else
-    /// of the lead), rad/s.
+    /// (K_m/H) ∫ W i du: rate by which the two pulses differ, from the measured current minus the current at rest (of the zero-input cycle,
+    /// else of the lead), rad/s.
     pub fn residual_rad_s(&self, scales: &Scales, zero_input: Option<&Sums>) -> f32 {
         let conversions = self.sums.conversions as f32;
         let at_rest = match (zero_input, self.rest_current) {

@@ -1,5 +1,6 @@
 //! Drift measurement: a session of cycles with its results. The measurement's task updates it, the console controls and reads it at a lower
-//! priority. Before an update the measurement's task awaits [`DriftMeasurement::released`], in case it has preempted an access of the console.
+//! priority. Before an update the measurement's task awaits [`DriftMeasurement::released`], in case it has preempted an access of the
+//! console.
 
 use super::{Commutator, Cycle, Drift, DriftMean, Pair, Phase, Plan, Polarity, Register, Rejection, Scales, Sums};
 use crate::board::{GyroSample, Stamped, Ticks, TorquerStep};

@@ -1,5 +1,5 @@
-//! Drift over many cycles: the mean with its standard error, and the register of (15) or (16) over a pair of positions. Rejected cycles enter
-//! neither.
+//! Drift over many cycles: the mean with its standard error, and the register of (15) or (16) over a pair of positions. Rejected cycles
+//! enter neither.
 
 use super::{Cycle, Polarity, Rejection, Scales};
 use crate::board::ROW_HZ;
@@ -118,8 +118,8 @@ impl Register {
         self.sign_balance += i32::from(cycle.polarity.sign()) * if place == 1 { -1 } else { 1 };
     }
 
-    /// Drift rate of the register's quantity, ω = −Σ LSB Δt/(2 · 2 T²) per cycle of a position, rad/s. `None` unless both positions have the
-    /// same number of cycles of each polarity.
+    /// Drift rate of the register's quantity, ω = −Σ LSB Δt/(2 · 2 T²) per cycle of a position, rad/s. `None` unless both positions have
+    /// the same number of cycles of each polarity.
     pub fn rate_rad_s(&self, scales: &Scales) -> Option<f32> {
         let [first, second] = self.cycles;
         let (n, cycles) = (self.samples as f32, first as f32);

@@ -1,7 +1,7 @@
 //! Reference pulses: equal and opposite, in whole steps of the torquer's converter.
 //!
-//! A step lasts one sample. The second pulse has the steps of the first with opposite sign, in the same sequence or reversed, so that the sum
-//! over a cycle is exactly zero, rounding included.
+//! A step lasts one sample. The second pulse has the steps of the first with opposite sign, in the same sequence or reversed, so that the
+//! sum over a cycle is exactly zero, rounding included.
 
 /// Shape of a pulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Timed output of the torquer: a task sets a value for a given tick, the control interrupt writes it in that tick.
 //!
-//! In: a value and its tick ([`TimedOutput::set`]). Out: the value in its tick ([`TimedOutput::take`]); the interrupt then leaves the sweep of
-//! the converters that was under way ([`TimedOutput::set_sweep`]), and the task reads both ([`TimedOutput::take_sweep`]). So one timer
+//! In: a value and its tick ([`TimedOutput::set`]). Out: the value in its tick ([`TimedOutput::take`]); the interrupt then leaves the sweep
+//! of the converters that was under way ([`TimedOutput::set_sweep`]), and the task reads both ([`TimedOutput::take_sweep`]). So one timer
 //! paces pulse edges, samples and ticks, however late the task runs. No wait and no lock; one task, and one interrupt above it.
 
 use core::sync::atomic::{AtomicU32, Ordering};

@@ -39,15 +39,15 @@ impl<'a> GyroLoop<'a> {
         Self { drift, observer }
     }
 
-    /// Waits until the console, at a lower priority, holds neither the drift measurement nor the observer. [`GyroLoop::update`] then has both:
-    /// the console does not run before it returns.
+    /// Waits until the console, at a lower priority, holds neither the drift measurement nor the observer. [`GyroLoop::update`] then has
+    /// both: the console does not run before it returns.
     pub async fn released(&self) {
         self.drift.released().await;
         self.observer.released().await;
     }
 
-    /// At `due`, a whole millisecond: takes the sample of `due` and sets the torquer from the next millisecond on. While pulses run the torquer
-    /// follows them; otherwise the observer's feedback, if it is on, replaces the correction loop.
+    /// At `due`, a whole millisecond: takes the sample of `due` and sets the torquer from the next millisecond on. While pulses run the
+    /// torquer follows them; otherwise the observer's feedback, if it is on, replaces the correction loop.
     pub fn update<B: Board>(&self, board: &mut B, hardware: &Hardware, due: Ticks, fault: Fault) -> GyroReading {
         let sample = board.gyro();
         let roll_rad = board.roll().map(|roll| roll.value.rad(hardware));

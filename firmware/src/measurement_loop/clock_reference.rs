@@ -1,15 +1,17 @@
 //! Frequency of the crystal by a second clock: a reference with one pulse per second (1PPS).
 //!
-//! In: the captured times of its pulses, in steps of the edge timer, whose clock is the crystal's. Out: [`ClockReading`]: steps of the timer in a
-//! whole number of seconds of the reference. A pulse comes a whole number of seconds after the one before; after a missing pulse that number is
-//! larger. An edge at another time is rejected and counted. Two rejected edges a whole number of seconds apart, with no pulse between them,
-//! are pulses of another phase (the reference was switched on or the first edge was interference): the measurement restarts with them.
+//! In: the captured times of its pulses, in steps of the edge timer, whose clock is the crystal's. Out: [`ClockReading`]: steps of the
+//! timer in a whole number of seconds of the reference. A pulse comes a whole number of seconds after the one before; after a missing pulse
+//! that number is larger. An edge at another time is rejected and counted. Two rejected edges a whole number of seconds apart, with no
+//! pulse between them, are pulses of another phase (the reference was switched on or the first edge was interference): the measurement
+//! restarts with them.
 
 use crate::board::EdgeTime;
 
 /// Relative frequency error up to which an interval is a whole number of seconds, as its inverse: 200 ppm.
 const MAX_FREQUENCY_ERROR_PART: u32 = 5_000;
-/// Largest deviation of an interval from the one before, as parts of a second and of the interval: 2 µs for jitter, 10 ppm for a crystal that warms.
+/// Largest deviation of an interval from the one before, as parts of a second and of the interval: 2 µs for jitter, 10 ppm for a crystal
+/// that warms.
 const MAX_DEVIATION_PART: u32 = 500_000;
 const MAX_FREQUENCY_CHANGE_PART: u32 = 100_000;
 /// Longest interval between two pulses, s: fits 32 bits at 90 MHz.

@@ -1,7 +1,8 @@
 //! Decimation of rows for a slow serial line. A decimated row is the row of a slower loop.
 //!
-//! Over each group of rows: instantaneous values are those of the first row; the voltage and the currents of motor and torquer, which are means
-//! over a row, are averaged, with the voltage's first moment; the limits are combined, the fault is the last one, and the age is the greatest.
+//! Over each group of rows: instantaneous values are those of the first row; the voltage and the currents of motor and torquer, which are
+//! means over a row, are averaged, with the voltage's first moment; the limits are combined, the fault is the last one, and the age is the
+//! greatest.
 
 use super::{Row, RowSink};
 use crate::config::{ConfigError, within};

@@ -1,8 +1,8 @@
 //! Online estimate of the drive's constants: `MEASure:DRIVe?`.
 //!
-//! In: the weighted sums of [`Window`]s. Out: R, K, J, b and c (Coulomb) of u = R i + K ω and J ω' = K i − b ω − c sign ω (docs/theory.md §4),
-//! each with its standard error. Two regressions have the *current* as the dependent variable, because its noise is by far the largest and
-//! a noisy regressor would bias its coefficient; angle and commanded voltage are almost exact:
+//! In: the weighted sums of [`Window`]s. Out: R, K, J, b and c (Coulomb) of u = R i + K ω and J ω' = K i − b ω − c sign ω (docs/theory.md
+//! §4), each with its standard error. Two regressions have the *current* as the dependent variable, because its noise is by far the largest
+//! and a noisy regressor would bias its coefficient; angle and commanded voltage are almost exact:
 //!
 //! ```text
 //! ∫φi = (1/R) ∫φu − (K/R) ∫φω − τ ∫φi' + o ∫φ     ∫φi = (J/K) ∫φω' + (b/K) ∫φω ± (c/K) ∫φ + o ∫φ

@@ -4,8 +4,9 @@
 //! Σ z_t z_{t−l}ᵀ for the lags l = 0 … L − 1; all windows have equal weight until a restart. Any regression among the elements of z can be
 //! solved from the sums, and the autocovariance of its residuals follows exactly.
 //!
-//! Standard errors are those of Newey and West (1987): Cov = (XᵀX)⁻¹ Ω (XᵀX)⁻¹ with Ω = Σ_l w_l C_l Σ_t x_t x_{t−l}ᵀ, C_l the autocovariance of
-//! the residuals and w_l Bartlett's weights. Overlapping windows and lasting misfits are thereby not counted as independent.
+//! Standard errors are those of Newey and West (1987): Cov = (XᵀX)⁻¹ Ω (XᵀX)⁻¹ with Ω = Σ_l w_l C_l Σ_t x_t x_{t−l}ᵀ, C_l the
+//! autocovariance of the residuals and w_l Bartlett's weights. Overlapping windows and lasting misfits are thereby not counted as
+//! independent.
 
 use super::matrix::{Matrix, solve};
 

@@ -65,8 +65,8 @@ impl<const P: usize, const Q: usize> Matrix<P, Q> {
     }
 }
 
-/// Solves M x = b for a symmetric positive M by Gauss-Jordan elimination with scaled columns; also returns the inverse. `None` if two columns
-/// agree to ten digits.
+/// Solves M x = b for a symmetric positive M by Gauss-Jordan elimination with scaled columns; also returns the inverse. `None` if two
+/// columns agree to ten digits.
 #[inline(never)]
 pub fn solve<const P: usize>(m: &Matrix<P, P>, b: &[f64; P]) -> Option<([f64; P], Matrix<P, P>)> {
     /// Smallest pivot of the scaled matrix.

@@ -3,9 +3,9 @@
 //! At t_k every input is read once. Row k is complete at t_{k+1}: angle, rate, supply and temperature are those of t_k; voltage and current
 //! are means over [t_k, t_{k+1}). The speed loop's report is used for commanded quantities only (voltage and setpoints).
 //!
-//! Rows carry a sequence number, which shows losses, and the age of their oldest reading. A loop that runs a row late or more leaves
-//! rows out, together with their numbers. Angles are counted from the index if it was seen before the session, else from the counter's zero.
-//! A missing sensor, or a current without a conversion, is `None`.
+//! Rows carry a sequence number, which shows losses, and the age of their oldest reading. A loop that runs a row late or more leaves rows
+//! out, together with their numbers. Angles are counted from the index if it was seen before the session, else from the counter's zero. A
+//! missing sensor, or a current without a conversion, is `None`.
 //!
 //! [`Instruments`] evaluates the rows: constants of drive and sensor, rate, stability, timing, frequency of the crystal.
 
@@ -176,7 +176,8 @@ impl<'a> MeasurementLoop<'a> {
 
     /// One millisecond: the encoder, the gyroscope loop, then the other readings.
     fn update<B: Board>(&mut self, board: &mut B, due: Ticks) -> Readings {
-        // First, and t_k is the time of this reading: on the chip the rest takes 15 µs, in which a platform of 30 rad/s turns by 1.4 counts.
+        // First, and t_k is the time of this reading: on the chip the rest takes 15 µs, in which a platform of 30 rad/s turns by 1.4
+        // counts.
         let encoder = board.encoder();
         self.report = self.reports.take().unwrap_or(self.report);
         let gyro = match &self.gyro {

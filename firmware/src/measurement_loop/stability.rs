@@ -1,9 +1,9 @@
 //! Rate stability: standard deviation of the mean rate over windows of 1°, 10° and 360°.
 //!
-//! In: captured times of the encoder's edges, and whole turns by the index. Out: mean and 1 σ of the rate over consecutive windows since the
-//! last restart, in constant memory. Between the edges of two rows (1 ms) the rate is taken as constant, which only shifts the windows'
-//! boundaries. The small windows contain the disc's errors (a line misplaced by 1 % of its width is 0.02 % of 1°), the window of a whole turn
-//! does not. A reversal restarts all windows.
+//! In: captured times of the encoder's edges, and whole turns by the index. Out: mean and 1 σ of the rate over consecutive windows since
+//! the last restart, in constant memory. Between the edges of two rows (1 ms) the rate is taken as constant, which only shifts the windows'
+//! boundaries. The small windows contain the disc's errors (a line misplaced by 1 % of its width is 0.02 % of 1°), the window of a whole
+//! turn does not. A reversal restarts all windows.
 
 use super::statistics::Statistics;
 use super::turn::Turn;

@@ -2,9 +2,9 @@
 //!
 //! The equations of drive and sensor are differential equations; they hold for integrals over a window with any weight φ(t). With a weight
 //! that vanishes at both ends together with its slope, φ = 16 s²(1 − s)² for s = 0 … 1, integration by parts moves the derivatives from the
-//! noisy angle to the weight (Shinbrot 1957; docs/theory.md §4): no initial state and no rate by differences is needed. Windows of 0.2 s begin
-//! each 0.1 s. The weight is constant within a row, so that voltage and current, which are means over rows, and the angle's increments enter
-//! exactly.
+//! noisy angle to the weight (Shinbrot 1957; docs/theory.md §4): no initial state and no rate by differences is needed. Windows of 0.2 s
+//! begin each 0.1 s. The weight is constant within a row, so that voltage and current, which are means over rows, and the angle's
+//! increments enter exactly.
 
 use super::Row;
 use crate::board::{ROW_HZ, TICKS_PER_ROW, TICKS_PER_S};

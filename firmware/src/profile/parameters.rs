@@ -5,8 +5,8 @@
 use super::ProfileKind;
 use crate::config::{ConfigError, within};
 
-/// Parameters of a profile. Amplitude and offset are in V, rad/s or rad, by the mode of the drive; acceleration is their rate of change, jerk
-/// the rate of change of the acceleration.
+/// Parameters of a profile. Amplitude and offset are in V, rad/s or rad, by the mode of the drive; acceleration is their rate of change,
+/// jerk the rate of change of the acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfileConfig {
     /// Kind of the profile.

@@ -1,7 +1,7 @@
 //! Levels with a dwell on each and slopes between them: trapezoid, S-curve, alternating, ABBA.
 //!
-//! Starts at zero. The dwell does not include the slopes. After the last cycle the value goes to zero and stays there. Slopes start at whole
-//! milliseconds.
+//! Starts at zero. The dwell does not include the slopes. After the last cycle the value goes to zero and stays there. Slopes start at
+//! whole milliseconds.
 
 use super::slope::{Slope, SlopeLimits};
 use super::{ProfileConfig, milliseconds};

@@ -1,7 +1,7 @@
 //! Passes a profile to the speed loop, one millisecond ahead.
 //!
-//! At t_k it posts the segment of [t_{k+1}, t_{k+2}). In voltage mode a value is held for its millisecond; in rate mode the command is linear
-//! between the values.
+//! At t_k it posts the segment of [t_{k+1}, t_{k+2}). In voltage mode a value is held for its millisecond; in rate mode the command is
+//! linear between the values.
 
 use super::Profile;
 use crate::board::{CONTROL_PER_ROW, Clock, Hardware, TICKS_PER_CONTROL, TICKS_PER_ROW, Ticks};

@@ -1,9 +1,9 @@
 //! The fastest slope between two levels under an acceleration and a jerk limit.
 //!
 //! A double-S trajectory of one derivative lower, since the level takes the place of the position: the acceleration rises for
-//! [`Slope::corner_s`], stays constant, and falls for the same time. A small step does not reach the acceleration limit and has no constant part.
-//! Without a jerk limit the corners have no duration. The slope is symmetric, so its mean is the mean of its ends.
-//! L. Biagiotti, C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, §3.4.
+//! [`Slope::corner_s`], stays constant, and falls for the same time. A small step does not reach the acceleration limit and has no constant
+//! part. Without a jerk limit the corners have no duration. The slope is symmetric, so its mean is the mean of its ends. L. Biagiotti, C.
+//! Melchiorri, Trajectory Planning for Automatic Machines and Robots, §3.4.
 
 use super::ProfileConfig;
 

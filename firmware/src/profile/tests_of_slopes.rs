@@ -48,7 +48,8 @@ proptest! {
     fn a_slope_is_as_fast_as_its_limits_allow(rise in 0.01..100.0_f64, acceleration in 0.5..500.0_f64, jerk in 1.0..1e5_f64) {
         let limits = config(ProfileKind::SCurve, 1.0, acceleration, jerk);
         let slope = Slope::new(-0.25 * rise, 0.75 * rise, &SlopeLimits::rounded(&limits));
-        // Of the shortest rise from rest to rest: no acceleration limit 2 √(Δ/j), no jerk limit Δ/a; both together their sum where a is reached.
+        // Of the shortest rise from rest to rest: no acceleration limit 2 √(Δ/j), no jerk limit Δ/a; both together their sum where a is
+        // reached.
         let reached = rise * jerk >= acceleration * acceleration;
         let shortest = if reached { rise / acceleration + acceleration / jerk } else { 2.0 * (rise / jerk).sqrt() };
         prop_assert!((slope.length_s / shortest - 1.0).abs() < 1e-12);

@@ -1,8 +1,8 @@
 //! Whole turns at a rate, from rest to rest.
 //!
-//! The rate is defined in continuous time: slope, plateau, slope, with an area of exactly the turns. Each value is the mean over the millisecond
-//! before it. So the sum of the values is exact for any timing of the slopes, the plateau has exactly the commanded rate, and all limits
-//! are kept.
+//! The rate is defined in continuous time: slope, plateau, slope, with an area of exactly the turns. Each value is the mean over the
+//! millisecond before it. So the sum of the values is exact for any timing of the slopes, the plateau has exactly the commanded rate, and
+//! all limits are kept.
 
 use core::f64::consts::TAU;
 

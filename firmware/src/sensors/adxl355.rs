@@ -1,9 +1,11 @@
 //! Analog Devices' ADXL355, an accelerometer of low noise (data sheet ADXL354/ADXL355, rev. D).
 //!
-//! The public crate `adxl355` 0.2.3 is blocking, uses embedded-hal 0.2 and does not read the FIFO, so that registers and FIFO are written here.
+//! The public crate `adxl355` 0.2.3 is blocking, uses embedded-hal 0.2 and does not read the FIFO, so that registers and FIFO are written
+//! here.
 //!
-//! The part has no gyroscope: [`Sample::rate_rad_s`] is `None`, range and cutoff of the rate are NaN. It has no time stamps: samples are counted, and
-//! [`Sensor::stamp`] observes when the count rises. A read command is a write to an ISM330DHCX; [`Adxl355::identify`] states why it does no harm.
+//! The part has no gyroscope: [`Sample::rate_rad_s`] is `None`, range and cutoff of the rate are NaN. It has no time stamps: samples are
+//! counted, and [`Sensor::stamp`] observes when the count rises. A read command is a write to an ISM330DHCX; [`Adxl355::identify`] states
+//! why it does no harm.
 
 use super::line::{Line, MAX_BYTES};
 use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, Setup};
@@ -252,8 +254,9 @@ impl<D: SensorSpi, C: Clock> Sensor for Adxl355<D, C> {
         "ADXL355"
     }
 
-    /// The command that reads DEVID_AD is the command of an ISM330DHCX that writes its register 0x01 (FUNC_CFG_ACCESS), here with 0, its value after
-    /// power-on. The other identity registers would be its reserved registers; they are read only where DEVID_AD is that of Analog Devices.
+    /// The command that reads DEVID_AD is the command of an ISM330DHCX that writes its register 0x01 (FUNC_CFG_ACCESS), here with 0, its
+    /// value after power-on. The other identity registers would be its reserved registers; they are read only where DEVID_AD is that of
+    /// Analog Devices.
     async fn identify(&mut self) -> Result<(), SensorError> {
         self.line.set_mode(MODE_0)?;
         for (register, expected) in IDENTITY {

@@ -53,8 +53,8 @@ impl<D: SensorSpi, C: Clock> Sensor for DetectedSensor<D, C> {
         }
     }
 
-    /// Asks for the ISM330DHCX first: its read command reads a reserved register of an ADXL355 and changes nothing there. Where neither part
-    /// answers, the error is that of the ISM330DHCX; where Analog Devices answers with another part, that of the ADXL355.
+    /// Asks for the ISM330DHCX first: its read command reads a reserved register of an ADXL355 and changes nothing there. Where neither
+    /// part answers, the error is that of the ISM330DHCX; where Analog Devices answers with another part, that of the ADXL355.
     async fn detect(&mut self) -> Result<(), SensorError> {
         self.select(|line| Part::Ism330dhcx(Ism330dhcx::on(line)));
         let Err(error) = self.identify().await else { return Ok(()) };

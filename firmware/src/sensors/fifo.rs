@@ -1,7 +1,7 @@
 //! Decoder of ST's tagged FIFO (AN5398 §9; tags and parity as in ST's `st_fifo.c`).
 //!
-//! A word is a tag and six bytes. The three words of a sample, rate, acceleration and time stamp, share a two-bit counter in their tags. A word
-//! with a wrong parity or an unknown tag is refused; a sample with a missing word is counted as lost.
+//! A word is a tag and six bytes. The three words of a sample, rate, acceleration and time stamp, share a two-bit counter in their tags. A
+//! word with a wrong parity or an unknown tag is refused; a sample with a missing word is counted as lost.
 
 use super::Sample;
 

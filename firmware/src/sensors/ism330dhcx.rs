@@ -1,7 +1,8 @@
 //! ST's ISM330DHCX (data sheet DS13012, application note AN5398), with the register definitions of ST's driver.
 //!
-//! Only the driver's registers and bit fields are used. Its methods for the data rate also access other parts of the chip, and those for the
-//! FIFO read one word at a time. Here registers are exchanged as a whole and the FIFO is read in bursts. Every written register is read back.
+//! Only the driver's registers and bit fields are used. Its methods for the data rate also access other parts of the chip, and those for
+//! the FIFO read one word at a time. Here registers are exchanged as a whole and the FIFO is read in bursts. Every written register is read
+//! back.
 
 use super::fifo::{Decoded, Decoder, WORD};
 use super::line::{Line, MAX_BYTES};

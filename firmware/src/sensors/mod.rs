@@ -1,12 +1,12 @@
 //! The sensor under test (DUT): an inertial sensor on the platform, behind one driver trait.
 //!
-//! [`Sensor`] is the trait. [`Ism330dhcx`] implements it for a gyro with accelerometer, [`Adxl355`] for an accelerometer; [`DetectedSensor`] is the one of
-//! them that answers on the bus. [`Runner`] is the task: it detects and configures the chip, reads the configuration back, empties the FIFO every
-//! millisecond, and converts the time stamps to the board's clock.
-//! [`Shared`] has the newest sample and the status for the other tasks; the rows of the measurement loop take the sample from there.
+//! [`Sensor`] is the trait. [`Ism330dhcx`] implements it for a gyro with accelerometer, [`Adxl355`] for an accelerometer;
+//! [`DetectedSensor`] is the one of them that answers on the bus. [`Runner`] is the task: it detects and configures the chip, reads the
+//! configuration back, empties the FIFO every millisecond, and converts the time stamps to the board's clock. [`Shared`] has the newest
+//! sample and the status for the other tasks; the rows of the measurement loop take the sample from there.
 //!
-//! Units are rad/s, m/s² and °C. An absent, silent or wrong chip, or invalid data, is a [`SensorError`]; the task then starts again. Transfers
-//! use DMA and do not delay the rows.
+//! Units are rad/s, m/s² and °C. An absent, silent or wrong chip, or invalid data, is a [`SensorError`]; the task then starts again.
+//! Transfers use DMA and do not delay the rows.
 
 mod adxl355;
 mod detected;

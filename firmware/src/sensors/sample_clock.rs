@@ -1,7 +1,7 @@
 //! Conversion of the chip's time stamps to the board's clock.
 //!
-//! The chip's oscillator is off by up to some per cent and drifts; its time stamps have steps of about 25 µs. At intervals the chip's time is read
-//! together with the board's. Between such pairs the frequency is taken as constant: that of the last interval of 2 s, or before
+//! The chip's oscillator is off by up to some per cent and drifts; its time stamps have steps of about 25 µs. At intervals the chip's time
+//! is read together with the board's. Between such pairs the frequency is taken as constant: that of the last interval of 2 s, or before
 //! its end that since the start.
 
 use crate::board::{TICKS_PER_S, Ticks};

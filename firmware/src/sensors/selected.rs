@@ -1,8 +1,8 @@
 //! A device on an SPI bus of its own, with its chip select.
 //!
-//! Every operation is a full-duplex transfer in a local buffer, so that one transfer function of the bus serves all kinds of operations. The chip
-//! select rises when a transaction ends, also where its future is dropped before: a device that stays selected takes the next transaction as
-//! the continuation of the last one.
+//! Every operation is a full-duplex transfer in a local buffer, so that one transfer function of the bus serves all kinds of operations.
+//! The chip select rises when a transaction ends, also where its future is dropped before: a device that stays selected takes the next
+//! transaction as the continuation of the last one.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal_async::spi::{ErrorType, Operation, SpiBus, SpiDevice};

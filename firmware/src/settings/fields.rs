@@ -1,7 +1,7 @@
 //! All kept numbers by name, with their ranges: one list for the console, for `HELP?`, and for the layout of the record.
 //!
-//! The names are those of the fields and end with the unit. [`Kept::config`] accepts each number in its range if the others have their defaults;
-//! a test checks that. Harmonics are set by `COMPensation:HARMonic` instead.
+//! The names are those of the fields and end with the unit. [`Kept::config`] accepts each number in its range if the others have their
+//! defaults; a test checks that. Harmonics are set by `COMPensation:HARMonic` instead.
 
 use super::Kept;
 use crate::console::quantity::Quantity;

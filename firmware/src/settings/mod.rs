@@ -1,7 +1,7 @@
 //! Settings of the loops and scales of the hardware, kept in flash.
 //!
-//! [`Kept`] holds them; [`fields`] lists them by name, unit and range, for the console; [`store`] appends them as a record to one of two flash
-//! sectors, so that after a power cut at any time either the old or the new record is complete.
+//! [`Kept`] holds them; [`fields`] lists them by name, unit and range, for the console; [`store`] appends them as a record to one of two
+//! flash sectors, so that after a power cut at any time either the old or the new record is complete.
 
 pub mod fields;
 mod record;

@@ -1,11 +1,12 @@
 //! Records in two flash sectors; the newest complete record is valid.
 //!
-//! A sector is an array of slots of equal size. A record is written to the first slot of its sector behind the last one written. Without such a
-//! slot the other sector, which holds only older records, is erased and takes the record. So the flash holds a complete record at any time
-//! after the first save. A record is read back after writing. A slot left incomplete by a power cut is skipped.
+//! A sector is an array of slots of equal size. A record is written to the first slot of its sector behind the last one written. Without
+//! such a slot the other sector, which holds only older records, is erased and takes the record. So the flash holds a complete record at
+//! any time after the first save. A record is read back after writing. A slot left incomplete by a power cut is skipped.
 //!
-//! Layout of a record: length u32, number u32, layout u32, CRC-32 over these and the body, body ([`Record`]). The greatest number is the newest.
-//! Erasing 16 KiB stalls the core of an STM32F446 for half a second (DS10693, table 48): the caller must have switched the drive off.
+//! Layout of a record: length u32, number u32, layout u32, CRC-32 over these and the body, body ([`Record`]). The greatest number is the
+//! newest. Erasing 16 KiB stalls the core of an STM32F446 for half a second (DS10693, table 48): the caller must have switched the drive
+//! off.
 
 use super::Record;
 use crate::telemetry::crc32;

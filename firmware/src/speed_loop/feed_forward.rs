@@ -1,9 +1,9 @@
 //! Feed-forward: the voltage that the command needs whatever is measured. Back-EMF, inertia, and the learnt compensation: friction by the
 //! commanded rate, harmonics by the angle from the index.
 //!
-//! Torque becomes duty through R/K. The harmonics' angle is the one that the torque will meet: the duty acts on average in the middle of its
-//! tick, and the winding delays the current by L/R. Harmonics need the index; they fade in over 0.1 s, so that the voltage does not jump.
-//! Without an index for more than a turn (a broken wire) they fade out, and a status says so.
+//! Torque becomes duty through R/K. The harmonics' angle is the one that the torque will meet: the duty acts on average in the middle of
+//! its tick, and the winding delays the current by L/R. Harmonics need the index; they fade in over 0.1 s, so that the voltage does not
+//! jump. Without an index for more than a turn (a broken wire) they fade out, and a status says so.
 
 use super::units::TickUnits;
 use crate::board::{CONTROL_HZ, Hardware};

@@ -1,15 +1,15 @@
 //! Speed loop: the control law of the drive, one function for the 10 kHz timer interrupt.
 //!
 //! In: the encoder's counter and the age of its last edge, current, supply and the number of the tick ([`Sensed`]); commands of the tasks
-//! ([`Command`]). Out: compare counts of the bridge ([`Drive`]) and, each millisecond, a [`Report`]. Modes: off, open-loop voltage, rate, and
-//! angle. Rate and angle follow an integrated position ramp with a PI regulator; back-EMF, inertia and the learnt compensation
+//! ([`Command`]). Out: compare counts of the bridge ([`Drive`]) and, each millisecond, a [`Report`]. Modes: off, open-loop voltage, rate,
+//! and angle. Rate and angle follow an integrated position ramp with a PI regulator; back-EMF, inertia and the learnt compensation
 //! ([`crate::compensation`]) are fed forward. Limits in force (current, voltage, acceleration, slip) are a status; faults
 //! ([`crate::supervision`]) switch the drive off and stay latched.
 //!
 //! Each tick: [`SpeedLoop::sense`] (encoder, rate estimate, fast supervision), then [`SpeedLoop::compute`], the law: estimate → ramp →
-//! feed-forward → PI → limits. The output computed in tick n acts from tick n+1 on, so setpoint and platform are taken at n+1. A segment that
-//! starts at tick s acts on the motor from exactly tick s on. In the last tick of each millisecond the law also does what is due once in
-//! a millisecond: slow supervision, planning of the ramp, fading of the harmonics.
+//! feed-forward → PI → limits. The output computed in tick n acts from tick n+1 on, so setpoint and platform are taken at n+1. A segment
+//! that starts at tick s acts on the motor from exactly tick s on. In the last tick of each millisecond the law also does what is due once
+//! in a millisecond: slow supervision, planning of the ramp, fading of the harmonics.
 //!
 //! The tick has no panic, no wait and no double-precision arithmetic.
 

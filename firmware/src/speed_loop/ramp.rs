@@ -1,11 +1,12 @@
 //! Ramp: the rate command under an acceleration limit, and the position command as its integral.
 //!
-//! Both are integers in fixed point (2⁻³² counts, 2⁻³² counts per tick), so that no rounding accumulates and the mean rate is as accurate as the
-//! crystal. The whole counts of a position wrap as those of the encoder do.
+//! Both are integers in fixed point (2⁻³² counts, 2⁻³² counts per tick), so that no rounding accumulates and the mean rate is as accurate
+//! as the crystal. The whole counts of a position wrap as those of the encoder do.
 //!
-//! In, once in a millisecond: the target rate. Out, each tick: position and rate command. The rate follows its target under the acceleration
-//! limit and is then averaged over [`AVERAGED_MS`] milliseconds: the acceleration, and with it the voltage, changes in small steps, and only where
-//! a millisecond (a row of the log) begins. Within a millisecond the rate is linear and the position its integral by the trapezoidal rule.
+//! In, once in a millisecond: the target rate. Out, each tick: position and rate command. The rate follows its target under the
+//! acceleration limit and is then averaged over [`AVERAGED_MS`] milliseconds: the acceleration, and with it the voltage, changes in small
+//! steps, and only where a millisecond (a row of the log) begins. Within a millisecond the rate is linear and the position its integral by
+//! the trapezoidal rule.
 
 use super::segment::fixed_to_f32;
 use crate::board::CONTROL_PER_ROW;

@@ -1,10 +1,11 @@
-//! Regulator: PI on the rate, as a gain on the rate error and one on the position error, which is its integral; then current and voltage limit.
+//! Regulator: PI on the rate, as a gain on the rate error and one on the position error, which is its integral; then current and voltage
+//! limit.
 //!
 //! The integral cannot wind up: the ramp slips where the platform does not follow ([`super::ramp`]).
 //!
-//! The current is limited by the voltage over the winding's resistance: u − K ω. A compare count is a fraction of the present supply, and the
-//! resistance changes with the temperature by 0.4 % per kelvin. [`CurrentLimit`] therefore scales both by the measured supply, and while the limit
-//! is in force it adjusts the voltage until the measured current is the limit.
+//! The current is limited by the voltage over the winding's resistance: u − K ω. A compare count is a fraction of the present supply, and
+//! the resistance changes with the temperature by 0.4 % per kelvin. [`CurrentLimit`] therefore scales both by the measured supply, and
+//! while the limit is in force it adjusts the voltage until the measured current is the limit.
 
 use crate::board::Sensed;
 use crate::status::Limits;
@@ -59,8 +60,8 @@ impl CurrentLimit {
         Self { supply_share: 1.0, resistance_ratio: 1.0, direction: 0.0, back_emf: config.back_emf, resistive_drop: config.current_limit }
     }
 
-    /// Once in a millisecond: `is_in_force`: the limit was in its first half; `moves`: an edge of the encoder came within it. Without edges the
-    /// back-EMF is unknown, and a current below the limit is not evidence of a greater resistance.
+    /// Once in a millisecond: `is_in_force`: the limit was in its first half; `moves`: an edge of the encoder came within it. Without edges
+    /// the back-EMF is unknown, and a current below the limit is not evidence of a greater resistance.
     #[inline]
     pub fn update(&mut self, config: &Config, sensed: &Sensed, is_in_force: bool, moves: bool) {
         // Not `clamp`, which panics on a wrong range.

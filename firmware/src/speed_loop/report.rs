@@ -49,8 +49,8 @@ impl Report {
         self.duty_sum.wrapping_sub(earlier.duty_sum)
     }
 
-    /// Slope of the compare counts over the ticks from `earlier` to this one: the straight line with the same mean and the same first moment ends that much
-    /// above its mean. Zero without a tick between the reports.
+    /// Slope of the compare counts over the ticks from `earlier` to this one: the straight line with the same mean and the same first
+    /// moment ends that much above its mean. Zero without a tick between the reports.
     pub fn duty_slope_since(&self, earlier: &Report) -> f64 {
         let ticks = self.tick.wrapping_sub(earlier.tick);
         if ticks == 0 {

@@ -1,7 +1,7 @@
 //! Settings of the speed loop: gains, limits and the drive's nominal constants, checked by name.
 //!
-//! [`Settings`] are in SI units; [`Config`] holds the same in the tick's units (counts, ticks, compare counts), in single precision. A number
-//! can be refused only where the one is made from the other.
+//! [`Settings`] are in SI units; [`Config`] holds the same in the tick's units (counts, ticks, compare counts), in single precision. A
+//! number can be refused only where the one is made from the other.
 
 use super::feed_forward::CompensationGains;
 use super::segment::{ONE, rate_unit};
@@ -13,7 +13,8 @@ use crate::config::{ConfigError, all_within, within};
 use crate::gyro_loop;
 use crate::supervision::{self, DriveConstants, Thresholds};
 
-/// Least ratio of the current at which the drive is switched off and the current limit, which is held within 1 %: the peak of a step stays below.
+/// Least ratio of the current at which the drive is switched off and the current limit, which is held within 1 %: the peak of a step stays
+/// below.
 const TRIP_RATIO: f64 = 1.2;
 /// Least share of the nominal supply that the current limit follows, where the supervision allows any.
 const MIN_SUPPLY_SHARE: f64 = 0.1;
@@ -60,7 +61,8 @@ impl Default for Settings {
             resistance_ohm: 2.32,          // maxon RE 25, 118752
             motor_constant_N_m_A: 23.4e-3, // the same sheet
             inertia_kg_m2: 2.5e-4,
-            // Two poles at 80 rad/s: J s² + (K²/R + K k/R) s + K c/R = J (s + 80)². At 40 a step never stayed within 2 % (docs/rate-accuracy.md).
+            // Two poles at 80 rad/s: J s² + (K²/R + K k/R) s + K c/R = J (s + 80)². At 40 a step never stayed within 2 %
+            // (docs/rate-accuracy.md).
             rate_gain_V_s_rad: 3.94,
             position_gain_V_rad: 159.0,
             rate_bandwidth_Hz: 120.0,

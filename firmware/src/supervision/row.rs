@@ -1,7 +1,7 @@
 //! Supervision in a task, once per row: temperature, silent sensors, silent host, index against count.
 //!
-//! In: the supervised quantities of each row, and signs of life of the host. Out: the present fault, for as long as its cause persists; it goes
-//! to the interrupt as the `trip` of a command and is latched there.
+//! In: the supervised quantities of each row, and signs of life of the host. Out: the present fault, for as long as its cause persists; it
+//! goes to the interrupt as the `trip` of a command and is latched there.
 
 use super::Settings;
 use crate::board::{Hardware, ROW_HZ};
@@ -10,8 +10,8 @@ use crate::status::Fault;
 /// Turns by the count within which the next index must come.
 const MAX_TURNS_WITHOUT_INDEX: f64 = 1.25;
 
-/// Longest silence of the host while the drive is on, unless `HOST:ARM` names another or `HOST:UNATTended` allows it, s: a vanished program leaves
-/// nothing turning.
+/// Longest silence of the host while the drive is on, unless `HOST:ARM` names another or `HOST:UNATTended` allows it, s: a vanished program
+/// leaves nothing turning.
 pub const HOST_TIMEOUT_S: f64 = 2.0;
 
 /// Time for which a new set-up or a self-test of the sensor under test may interrupt its samples, s.

@@ -16,8 +16,8 @@ pub struct Settings {
     pub stall_current_A: f64,
     /// Time for which it may be at rest with that current, s.
     pub stall_s: f64,
-    /// Rate by back-EMF at which edges must come, rad/s; a fifth of R·i is added for the tolerance of the resistance. At least three times as
-    /// much if the count stopped slowly or never moved: brushes and dead time look like back-EMF.
+    /// Rate by back-EMF at which edges must come, rad/s; a fifth of R·i is added for the tolerance of the resistance. At least three times
+    /// as much if the count stopped slowly or never moved: brushes and dead time look like back-EMF.
     pub encoder_lost_rad_s: f64,
     /// Time for which the back-EMF may show rotation without edges, s.
     pub encoder_lost_s: f64,
@@ -54,7 +54,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Current at which the drive is switched off, A. At the end of the converter's range the current may be any: that is over-current, too.
+    /// Current at which the drive is switched off, A. At the end of the converter's range the current may be any: that is over-current,
+    /// too.
     pub fn trip_A(&self, hardware: &Hardware) -> f64 {
         libm::fmin(self.over_current_A, CONVERTER_RANGE * hardware.current_zero_code * hardware.current_A_per_code)
     }

@@ -1,8 +1,8 @@
 //! Supervision in the control interrupt: faults that must switch the drive off within milliseconds.
 //!
-//! Each tick: over-current, stopped converter and emergency stop. Each millisecond: overspeed, stall (the motor is driven and nothing turns), encoder lost (the
-//! back-EMF shows rotation and no edge comes), supply, and the time for which the ramp slips. The first cause is latched; it can be cleared
-//! once it is gone.
+//! Each tick: over-current, stopped converter and emergency stop. Each millisecond: overspeed, stall (the motor is driven and nothing
+//! turns), encoder lost (the back-EMF shows rotation and no edge comes), supply, and the time for which the ramp slips. The first cause is
+//! latched; it can be cleared once it is gone.
 
 use super::Settings;
 use crate::board::{Hardware, Sensed};
@@ -20,7 +20,8 @@ const STILL_COUNTS: u32 = 2;
 const RESISTANCE_TOLERANCE: f32 = 0.2;
 /// Counts in a millisecond from which no motor comes to rest at once: 2.5 rad/s of the default encoder.
 const MOVING_COUNTS: u32 = 8;
-/// Brushes and dead time may look like the back-EMF of a motor that stopped slowly: there the threshold is multiplied by at least this, 0.35 V.
+/// Brushes and dead time may look like the back-EMF of a motor that stopped slowly: there the threshold is multiplied by at least this,
+/// 0.35 V.
 const STILL_FACTOR: f32 = 3.0;
 /// Weight of a new reading in the mean back-EMF: 8 ms.
 const BACK_EMF_WEIGHT: f32 = 0.125;

@@ -1,8 +1,8 @@
 //! Encoding of a message in postcard's wire format 1.0, and decoding of rows.
 //!
-//! Fields in their order; integers of more than a byte as varints, signed ones in zigzag form; floats little-endian; text with its length. The
-//! serialiser of the `postcard` crate is not used here, because the compiler cannot prove it free of panics (scripts/callgraph.py). The receiver
-//! decodes with that crate.
+//! Fields in their order; integers of more than a byte as varints, signed ones in zigzag form; floats little-endian; text with its length.
+//! The serialiser of the `postcard` crate is not used here, because the compiler cannot prove it free of panics (scripts/callgraph.py). The
+//! receiver decodes with that crate.
 
 use super::channel::{CHANNELS, Channels, Coding};
 use super::message::{Beat, Body, Hello, RowFrame};

@@ -1,8 +1,8 @@
 //! Frames: `00 COBS(type u8, sequence u16, message, CRC-32) 00`.
 //!
-//! [`encode`] makes a frame of a [`Body`] and a sequence number; [`Deframer`] finds frames in received bytes. Bytes between two zeros are a frame
-//! if COBS, length, CRC and message are correct; else they count as damaged and are dropped. The sequence number counts frames, those without
-//! room included, so that a loss leaves a gap. Numbers are little-endian; the CRC covers type, sequence number and message.
+//! [`encode`] makes a frame of a [`Body`] and a sequence number; [`Deframer`] finds frames in received bytes. Bytes between two zeros are a
+//! frame if COBS, length, CRC and message are correct; else they count as damaged and are dropped. The sequence number counts frames, those
+//! without room included, so that a loss leaves a gap. Numbers are little-endian; the CRC covers type, sequence number and message.
 
 use super::codec;
 use super::crc32;
@@ -67,7 +67,8 @@ pub fn encode<'o>(body: &Body<'_>, seq: u16, out: &'o mut [u8; MAX_FRAME]) -> Op
 pub enum Piece<'a> {
     /// A frame.
     Frame(Frame<'a>),
-    /// The start of a stream of this version of the protocol, not [`PROTOCOL`]: the rest of it and the frames behind it may have another layout.
+    /// The start of a stream of this version of the protocol, not [`PROTOCOL`]: the rest of it and the frames behind it may have another
+    /// layout.
     OtherProtocol(u8),
     /// COBS, length, CRC or message is wrong.
     Damaged,

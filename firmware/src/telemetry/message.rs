@@ -4,10 +4,12 @@ use super::channel::{CHANNELS, Channel, Channels};
 use crate::measurement_loop::Row;
 use serde::Deserialize;
 
-/// Version of the protocol of the serial line, the first byte of every [`Hello`]; it is apart from the version of the workspace. A receiver of another version refuses the stream.
+/// Version of the protocol of the serial line, the first byte of every [`Hello`]; it is apart from the version of the workspace. A receiver
+/// of another version refuses the stream.
 ///
-/// It is raised when a program of the version before would take a line or a frame for something else: another layout, type or CRC of a frame, another number or coding of a channel
-/// in the table, another form of the check sum of a line or of the end of a reply. A new command, setting, fault or channel behind the last one does not raise it.
+/// It is raised when a program of the version before would take a line or a frame for something else: another layout, type or CRC of a
+/// frame, another number or coding of a channel in the table, another form of the check sum of a line or of the end of a reply. A new
+/// command, setting, fault or channel behind the last one does not raise it.
 pub const PROTOCOL: u8 = 1;
 
 /// Start of a stream: the data that a receiver needs to make a log.

@@ -1,7 +1,7 @@
 //! Telemetry: rows of selected channels and text, in frames with a check sum.
 //!
-//! [`channel`] is the table of all channels; [`message`] has the contents of frames; [`frame`] puts a message into a frame and finds frames in a
-//! received stream. The host uses the same code.
+//! [`channel`] is the table of all channels; [`message`] has the contents of frames; [`frame`] puts a message into a frame and finds frames
+//! in a received stream. The host uses the same code.
 
 pub mod channel;
 mod codec;

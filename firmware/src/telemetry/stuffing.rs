@@ -1,7 +1,7 @@
 //! Consistent overhead byte stuffing (COBS): bytes without zeros, and back.
 //!
-//! Uses the byte-wise state machines of the `cobs` crate. Its functions on slices are not used, because the compiler cannot prove them free of
-//! panics (scripts/callgraph.py).
+//! Uses the byte-wise state machines of the `cobs` crate. Its functions on slices are not used, because the compiler cannot prove them free
+//! of panics (scripts/callgraph.py).
 
 use cobs::{DecodeResult, DecoderState, EncoderState, PushResult};
 

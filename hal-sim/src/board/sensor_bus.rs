@@ -1,7 +1,7 @@
 //! The SPI bus to the sensor under test: the firmware's transactions with their duration.
 //!
-//! Mode 3 or 0 as the driver selects, 10 MHz (the maximum of the ISM330DHCX, DS13012 §4.4.1, and of the ADXL355), by DMA. A transaction ends with its last bit and reads
-//! the state of the sensor at that time; other tasks run until then. Without a sensor all bits are ones.
+//! Mode 3 or 0 as the driver selects, 10 MHz (the maximum of the ISM330DHCX, DS13012 §4.4.1, and of the ADXL355), by DMA. A transaction
+//! ends with its last bit and reads the state of the sensor at that time; other tasks run until then. Without a sensor all bits are ones.
 
 use super::Bench;
 use crate::clock::{SimClock, VirtualClock};

@@ -1,13 +1,14 @@
 //! The sensitive element for small angles, with six states or four, from its moment equations.
 //!
 //! The moment equations themselves are integrated, not the state matrices of the observer design: an error in those matrices shows as a
-//! difference. α turns about the vertical in both models. The axes follow the two papers: the vertical is z with six states and y with four.
+//! difference. α turns about the vertical in both models. The axes follow the two papers: the vertical is z with six states and y with
+//! four.
 
 use super::body::GRAVITY_M_S2;
 use super::{BaseVibration, FourState, SixState, runge_kutta};
 
-/// Longest integration step, s. The nutation of [`SixState::RECOVERED`] (579 rad/s) is the fastest mode: in one second its amplitude is off by
-/// 3·10⁻⁹ of itself ((ωh)⁶/144 a step) and its phase by 2·10⁻⁷ rad ((ωh)⁵/120 a step).
+/// Longest integration step, s. The nutation of [`SixState::RECOVERED`] (579 rad/s) is the fastest mode: in one second its amplitude is off
+/// by 3·10⁻⁹ of itself ((ωh)⁶/144 a step) and its phase by 2·10⁻⁷ rad ((ωh)⁵/120 a step).
 const MAX_STEP_S: f64 = 25e-6;
 
 /// The model, with its parameters.

@@ -1,8 +1,8 @@
 //! Gyroscopes on the torquer and the angle sensor of the simulated board.
 //!
-//! [`GyroPort`] is the interface to the board. [`SingleAxis`] is a stabiliser of one axis, [`ThreeAxis`] a platform in gimbals with exact attitude
-//! kinematics, [`Campaign`] a complete measurement on it without firmware. [`earth`] is the Earth rate at a site, [`AngleSensor`] and [`Torquer`]
-//! are sensor and actuator. Angles in rad, rates in rad/s.
+//! [`GyroPort`] is the interface to the board. [`SingleAxis`] is a stabiliser of one axis, [`ThreeAxis`] a platform in gimbals with exact
+//! attitude kinematics, [`Campaign`] a complete measurement on it without firmware. [`earth`] is the Earth rate at a site, [`AngleSensor`]
+//! and [`Torquer`] are sensor and actuator. Angles in rad, rates in rad/s.
 
 pub mod attitude;
 pub mod campaign;

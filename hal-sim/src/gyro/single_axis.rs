@@ -1,4 +1,5 @@
-//! A single-axis stabiliser: θ′ = w + ω_d + ω_a, with the precession w of the torquer, the drift ω_d of the gyroscope and the Earth rate ω_a.
+//! A single-axis stabiliser: θ′ = w + ω_d + ω_a, with the precession w of the torquer, the drift ω_d of the gyroscope and the Earth rate
+//! ω_a.
 //!
 //! The caller closes the correction loop by the torquer current. A vibration of the base appears in the angle; the stabiliser follows with
 //! a lag, which is that of the torquer here: both act alike.
@@ -86,7 +87,8 @@ pub struct SingleAxis {
     pub vibration: Vibration,
     /// Error of the first rotation to another orientation, about the vertical, rad.
     pub turn_error_rad: f64,
-    /// Standard deviation of the elevation of the sensitive axis, at the start and after each rotation to another orientation, rad: the offsets of the visits.
+    /// Standard deviation of the elevation of the sensitive axis, at the start and after each rotation to another orientation, rad: the
+    /// offsets of the visits.
     pub level_error_rad: f64,
     /// Orientation.
     #[serde(rename = "place")]

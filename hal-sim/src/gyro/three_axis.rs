@@ -1,7 +1,7 @@
 //! A platform in three gimbals: exact attitude kinematics, including the coupling of the axes.
 //!
-//! The platform rotates relative to the base at w + ω_d − Rᵀ ω_e: its reference, its drift, and minus the Earth rate in its axes. The gimbal
-//! angles are measured.
+//! The platform rotates relative to the base at w + ω_d − Rᵀ ω_e: its reference, its drift, and minus the Earth rate in its axes. The
+//! gimbal angles are measured.
 
 use super::attitude::{Rotation, Vector, each};
 use super::{AngleSensor, GyroPort, Torquer};

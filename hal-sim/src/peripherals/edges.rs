@@ -1,8 +1,8 @@
 //! Time of the last encoder edge: the capture of a timer, computed from the motion within the tick.
 //!
-//! Input: angle (counts) and rate at the ends of a step. Output: steps of the edge timer since the last edge. Within a step the motion is the
-//! parabola through both angles with the mean acceleration of both rates; a changing acceleration adds less than 10⁻³ of a count
-//! in 0.1 ms on the default stand. A reversal within the step that crosses an edge and returns is an edge too.
+//! Input: angle (counts) and rate at the ends of a step. Output: steps of the edge timer since the last edge. Within a step the motion is
+//! the parabola through both angles with the mean acceleration of both rates; a changing acceleration adds less than 10⁻³ of a count in 0.1
+//! ms on the default stand. A reversal within the step that crosses an edge and returns is an edge too.
 
 use stand_firmware::board::{Hardware, TICKS_PER_S};
 

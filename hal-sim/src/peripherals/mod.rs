@@ -1,8 +1,8 @@
 //! The sensors of the simulated board: quantised, noisy, filtered, each with its own sampling times.
 //!
-//! Input: the readings of the sensor elements. Output: codes, as the board traits of the firmware define them. Every number has a source. Each
-//! sensor has a random stream of its own, so that another sensor does not change the others; a seed gives the same numbers on
-//! every machine (xoshiro256++ and its `jump`).
+//! Input: the readings of the sensor elements. Output: codes, as the board traits of the firmware define them. Every number has a source.
+//! Each sensor has a random stream of its own, so that another sensor does not change the others; a seed gives the same numbers on every
+//! machine (xoshiro256++ and its `jump`).
 
 mod clock_reference;
 mod current;

@@ -1,11 +1,12 @@
 //! Slow noise of an inertial sensor: flicker noise (bias instability) and rate random walk.
 //!
-//! Input: bias instability B and random walk K with the definitions of IEEE Std 952, annex C. Output: the deviation from the nominal bias over time, 0
-//! at power-on. The Allan deviation is √(2 ln 2/π) B = 0.664 B for the flicker noise and K √(τ/3) for the random walk.
+//! Input: bias instability B and random walk K with the definitions of IEEE Std 952, annex C. Output: the deviation from the nominal bias
+//! over time, 0 at power-on. The Allan deviation is √(2 ln 2/π) B = 0.664 B for the flicker noise and K √(τ/3) for the random walk.
 //!
-//! The flicker noise is a sum of first-order Gauss–Markov processes, whose time constants have the ratio 4. Each has the variance B² ln 4/π: their one-sided
-//! densities add up to B²/(π f). The density ripples by 2/cosh(π²/ln 4) = 0.3 %. Between averaging times of 0.2 s and 4000 s the Allan
-//! deviation is within 2 % of 0.664 B (test below); outside it is lower. White noise of a sensor of this class exceeds the flicker noise by far below 0.2 s.
+//! The flicker noise is a sum of first-order Gauss–Markov processes, whose time constants have the ratio 4. Each has the variance B² ln
+//! 4/π: their one-sided densities add up to B²/(π f). The density ripples by 2/cosh(π²/ln 4) = 0.3 %. Between averaging times of 0.2 s and
+//! 4000 s the Allan deviation is within 2 % of 0.664 B (test below); outside it is lower. White noise of a sensor of this class exceeds the
+//! flicker noise by far below 0.2 s.
 
 use super::Noise;
 use std::f64::consts::PI;

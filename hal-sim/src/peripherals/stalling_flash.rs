@@ -1,7 +1,7 @@
 //! The flash as the core meets it: an erase stalls everything but DMA, a write delays the code that writes.
 //!
-//! The program runs from the same flash, so that the core cannot fetch an instruction during an erase (RM0390 §3.4). Virtual time passes without
-//! ticks; bytes of the serial line arrive in the DMA's ring.
+//! The program runs from the same flash, so that the core cannot fetch an instruction during an erase (RM0390 §3.4). Virtual time passes
+//! without ticks; bytes of the serial line arrive in the DMA's ring.
 
 use super::SimFlash;
 use super::flash::{FlashError, SMALL_SECTOR_BYTES, WORD_BYTES};

@@ -1,7 +1,7 @@
 //! Edge capture of the tasks: the last edge that the counter of the tasks passed, and its time.
 //!
-//! Input: the angle of the disc at each tick. Output: [`Edge`]s with the stamp of the edge timer. The time within the tick is where the parabola
-//! through the angles of the last three ticks crosses the edge: exact far below a timer step, unless the rotor reverses within the
+//! Input: the angle of the disc at each tick. Output: [`Edge`]s with the stamp of the edge timer. The time within the tick is where the
+//! parabola through the angles of the last three ticks crosses the edge: exact far below a timer step, unless the rotor reverses within the
 //! tick. It is computed only when the tasks read it.
 
 use stand_firmware::board::{CONTROL_HZ, Edge, EdgeTime, EncoderCount, Hardware};

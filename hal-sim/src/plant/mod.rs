@@ -5,8 +5,8 @@
 //! an error in one implementation is visible against the other. The plant may also have disturbances that no effect of the
 //! catalogue describes ([`outsiders`]).
 //!
-//! Input: the commanded voltage, tick by tick. Output: [`PlantPort`], the readings of the sensor elements. [`crate::peripherals`] adds noise,
-//! quantisation and filters.
+//! Input: the commanded voltage, tick by tick. Output: [`PlantPort`], the readings of the sensor elements. [`crate::peripherals`] adds
+//! noise, quantisation and filters.
 
 mod error;
 mod events;

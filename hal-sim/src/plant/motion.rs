@@ -6,7 +6,8 @@ use drive_model::{Contributions, MAX_COLUMNS, Point, T0_C};
 /// Time constant below which a bristle is not resolved, s: no sensor shows it.
 pub(super) const MIN_BRISTLE_TIME_S: f64 = 5e-6;
 
-/// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also motor rate, twist, bristle deflection, rate of a second rotor.
+/// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also motor rate, twist, bristle deflection, rate
+/// of a second rotor.
 pub(super) type State = [f64; FULL];
 pub(super) const FULL: usize = 8;
 /// Number of states of a drive without shaft, clutch, bristle and outsiders.
@@ -124,7 +125,8 @@ impl Plant {
         (total, current)
     }
 
-    /// Contributions of the catalogue's laws. The current of a winding without inductance follows algebraically; laws that depend on it are iterated.
+    /// Contributions of the catalogue's laws. The current of a winding without inductance follows algebraically; laws that depend on it are
+    /// iterated.
     #[inline(always)]
     fn inside<const N: usize>(&self, s: &[f64; N], command_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
         let (mut total, current) = self.electrical(s, command_V, t_s);

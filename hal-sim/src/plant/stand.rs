@@ -75,8 +75,8 @@ pub struct Stand {
 
 /// Motor, platform, supply.
 ///
-/// The default is a maxon RE 25 (20 W, graphite brushes, order number 118752; maxon catalogue, RE program) with the platform directly on its
-/// shaft, at a supply of 12 V.
+/// The default is a maxon RE 25 (20 W, graphite brushes, order number 118752; maxon catalogue, RE program) with the platform directly on
+/// its shaft, at a supply of 12 V.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[expect(missing_docs, reason = "names and units are in the identifiers")]

@@ -1,4 +1,5 @@
-//! The ADXL355 as sensor under test: recognised by the firmware, at register level in the simulator, through the same rows as the ISM330DHCX.
+//! The ADXL355 as sensor under test: recognised by the firmware, at register level in the simulator, through the same rows as the
+//! ISM330DHCX.
 #![allow(clippy::unwrap_used)]
 
 use crate::common::sensor_bench;

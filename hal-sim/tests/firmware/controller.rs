@@ -480,8 +480,8 @@ fn self_test_passes_on_a_sound_stand_and_names_what_is_wrong() {
     });
 }
 
-/// Times at which a counter of 32 bits wraps: board clock, edge timer (90 MHz), core cycles (180 MHz), microseconds, time stamp of the ISM330DHCX
-/// (25 µs), control ticks, milliseconds; and the counter of 16 bits of milliseconds.
+/// Times at which a counter of 32 bits wraps: board clock, edge timer (90 MHz), core cycles (180 MHz), microseconds, time stamp of the
+/// ISM330DHCX (25 µs), control ticks, milliseconds; and the counter of 16 bits of milliseconds.
 #[test]
 fn nothing_happens_when_a_counter_wraps() {
     let steps = |count: f64, rate_Hz: f64| (count / rate_Hz * TICKS_PER_S as f64) as u64 / TICKS_PER_ROW * TICKS_PER_ROW;

@@ -78,7 +78,8 @@ fn a_session_in_two_positions_separates_own_and_apparent_drift() {
                 rates.push(host.number("DRIF?", 2).await / DEG_H);
                 assert!(host.number("DRIF?", 3).await / DEG_H < 0.02, "the scatter of four cycles");
             }
-            // The register holds the raw sums: 1e-4 of inequality is a true torque of −ε w/2 = −0.009 °/h in both positions, own drift to it.
+            // The register holds the raw sums: 1e-4 of inequality is a true torque of −ε w/2 = −0.009 °/h in both positions, own drift to
+            // it.
             let held = host.number("DRIF:PAIR?", 4).await / DEG_H;
             assert!((held - expected).abs() < 0.03, "{register}: {held}");
             assert_eq!(host.query("DRIF:PAIR?").await.split(',').nth(2), Some("4"));

@@ -83,7 +83,8 @@ fn six(alpha_rad: f64, moment_N_m: f64) -> ElementModel {
     ElementModel::Linear(LinearElement::six(SixState::RECOVERED, alpha_rad, moment_N_m))
 }
 
-/// Theory §1.4: the static observer's estimates stay off by M d f/(J ω⁶); the astatic one finds the moment. Both within half a second of being on.
+/// Theory §1.4: the static observer's estimates stay off by M d f/(J ω⁶); the astatic one finds the moment. Both within half a second of
+/// being on.
 #[test]
 fn the_astatic_observer_finds_the_moment_on_the_simulated_element() {
     talk(six(1e-3, MOMENT_N_M), flash(1), async |host| {
@@ -156,8 +157,8 @@ fn the_vibration_error_is_subtracted_online() {
         host.settled().await;
         host.wait_s(11.0).await;
         let found = host.numbers("OBS:VIBR?").await;
-        // Theory: 98 % of −6.92e-3 is taken off at 100 1/s; the astatic one at 1 ms filters a little otherwise. The mean itself still moves with the
-        // precession, a period of ten minutes.
+        // Theory: 98 % of −6.92e-3 is taken off at 100 1/s; the astatic one at 1 ms filters a little otherwise. The mean itself still moves
+        // with the precession, a period of ten minutes.
         assert!(found[2] == 2.0 && (0.95..1.02).contains(&(found[1] / -6.923e-3)), "{found:?}");
         assert!((found[0] + 6.923e-3).abs() < 3e-3, "{found:?}");
     });

@@ -109,8 +109,8 @@ fn each_fault_switches_the_drive_off_in_time_with_reason_and_capture() {
     let mut weak = Stand::default();
     weak.firmware.current_limit_A = 0.08;
     let voltage: Setpoint = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 4.0);
-    // Columns: start of the fault, s; longest time to detection, s. Without an encoder the loop drives at its current limit. The threshold of the
-    // back-EMF allows 20 % of R·i for an error of the resistance, so that detection needs about twice the commanded rate.
+    // Columns: start of the fault, s; longest time to detection, s. Without an encoder the loop drives at its current limit. The threshold
+    // of the back-EMF allows 20 % of R·i for an error of the resistance, so that detection needs about twice the commanded rate.
     let cases: [(&str, Stand, Setpoint, Fault, f64, f64); 10] = [
         ("counter stuck", with_fault(FaultKind::CounterStuck, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
         ("channel A off", with_fault(FaultKind::EncoderAOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),

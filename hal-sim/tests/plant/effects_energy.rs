@@ -88,7 +88,8 @@ fn a_bristle_returns_no_more_energy_than_it_stored() {
                 Kind::Rig => 0.5 * inertia * bench.omega().powi(2) + 0.5 * sigma * bench.state().bristle.powi(2),
                 Kind::Plant => bench.plant().mechanical_energy_J(),
             };
-            // The rig's midpoint rule increases an oscillation on the bristle by (w h)⁴/4 ≤ 2.5e-5 of its energy a step where Dahl's loss is less.
+            // The rig's midpoint rule increases an oscillation on the bristle by (w h)⁴/4 ≤ 2.5e-5 of its energy a step where Dahl's loss
+            // is less.
             let slack = if kind == Kind::Rig { 2.5e-5 } else { 1e-12 };
             never_rises(kind, &setup, omega, 1e-3, slack, with_bristle);
         }

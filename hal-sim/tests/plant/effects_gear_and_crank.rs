@@ -1,4 +1,5 @@
-//! Gears and cranks against closed forms, in both integrators: load-dependent friction, ripple of any order, inertia that varies with the angle.
+//! Gears and cranks against closed forms, in both integrators: load-dependent friction, ripple of any order, inertia that varies with the
+//! angle.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;

@@ -400,7 +400,8 @@ fn a_load_step_starts_at_its_time_within_a_row() {
             close(bench.omega(), 5.0 * (0.05 - from_s), by_kind(kind, 1e-13, 5e-9), &format!("{kind:?} {from_s} from rest"));
             let mut bench = Bench::new(kind, &Setup::by_torque(1e-4, &[("load-step", &[5e-4, from_s])])).spin(1.0);
             bench.hold(0.0, 0.05);
-            // While the rotor turns, the stages of the plant resolve the jump at their own times only: half a tick at most, 5 rad/s² × 5e-5 s.
+            // While the rotor turns, the stages of the plant resolve the jump at their own times only: half a tick at most, 5 rad/s² × 5e-5
+            // s.
             close(bench.omega(), 1.0 + 5.0 * (0.05 - from_s), by_kind(kind, 1e-13, 2.5e-4), &format!("{kind:?} {from_s} turning"));
         }
     }

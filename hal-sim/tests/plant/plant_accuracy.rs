@@ -1,5 +1,5 @@
-//! Accuracy of the plant: reruns are equal to the last bit, a finer tick changes nothing that a sensor could see, and the times at which the
-//! rotor stops or breaks away are located within the tick.
+//! Accuracy of the plant: reruns are equal to the last bit, a finer tick changes nothing that a sensor could see, and the times at which
+//! the rotor stops or breaks away are located within the tick.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -27,8 +27,8 @@ fn default_effects_and(id: &str) -> Vec<(String, Vec<f64>)> {
     effects
 }
 
-/// One second in rows of 1 ms, under a voltage that is drawn anew each 10 ms: true rate (rad/s), true angle (rad), mean current of the row (A),
-/// temperature (°C), sensed rate (rad/s).
+/// One second in rows of 1 ms, under a voltage that is drawn anew each 10 ms: true rate (rad/s), true angle (rad), mean current of the row
+/// (A), temperature (°C), sensed rate (rad/s).
 fn record(effects: &[(String, Vec<f64>)], ticks_per_row: usize) -> Vec<[f64; 5]> {
     let mut plant = Plant::new(&stand_of(DRIVE, effects), 0.3).unwrap();
     let mut draw = Draw(31);
@@ -66,7 +66,8 @@ fn a_finer_tick_changes_nothing_that_a_sensor_could_see() {
     for card in drive_model::cards() {
         let effects = default_effects_and(card.id);
         let (coarse, fine) = (record(&effects, 10), record(&effects, 40));
-        // Backlash is chaotic: each impact multiplies the difference of neighbouring motions. There the rms is compared, elsewhere the maximum.
+        // Backlash is chaotic: each impact multiplies the difference of neighbouring motions. There the rms is compared, elsewhere the
+        // maximum.
         let is_chaotic = card.id == "backlash";
         let difference = |column: usize| {
             let differences = coarse.iter().zip(&fine).map(|(a, b)| (a[column] - b[column]).abs());
@@ -86,8 +87,8 @@ fn a_finer_tick_changes_nothing_that_a_sensor_could_see() {
 
 #[test]
 fn a_stop_within_a_tick_is_located_to_a_nanosecond() {
-    // A torque of −1.5 c stops the rotor, then turns it back with the net torque −c/2: the rate at the end of the tick depends on the time of
-    // the stop. Inertia J, kg m²; Coulomb torque c, N m; viscous coefficient b, N m s.
+    // A torque of −1.5 c stops the rotor, then turns it back with the net torque −c/2: the rate at the end of the tick depends on the time
+    // of the stop. Inertia J, kg m²; Coulomb torque c, N m; viscous coefficient b, N m s.
     let (j, c, b): (f64, f64, f64) = (1e-4, 1e-2, 1e-4);
     for part in [0.03, 0.31, 0.5, 0.77, 0.99] {
         let stop_s: f64 = part * TICK_S;

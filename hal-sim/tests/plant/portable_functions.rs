@@ -1,7 +1,7 @@
 //! A seed gives one record on every machine: the simulated stand and the laws of its effects call no function of the system's C library.
 //!
-//! IEEE 754 defines + − × ÷, √ and rounding exactly. sin, exp, ln and the like of the standard library come from the C library of the system
-//! and differ in the last digit between systems; `powi` has no defined precision either.
+//! IEEE 754 defines + − × ÷, √ and rounding exactly. sin, exp, ln and the like of the standard library come from the C library of the
+//! system and differ in the last digit between systems; `powi` has no defined precision either.
 #![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};

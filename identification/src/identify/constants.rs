@@ -1,14 +1,15 @@
 //! Physical constants that a fit shifts far from their start values: a wrong unit of a column, or of a start value.
 //!
-//! Judged are the base parameters resistance, motor constant and inertia. A data sheet gives the first two within some ten per cent, a mass and
-//! a radius the third within a factor of two or three. Friction and the amplitudes of effects are not judged: they differ by decades between
-//! stands of one type, and they compensate for missing effects.
+//! Judged are the base parameters resistance, motor constant and inertia. A data sheet gives the first two within some ten per cent, a mass
+//! and a radius the third within a factor of two or three. Friction and the amplitudes of effects are not judged: they differ by decades
+//! between stands of one type, and they compensate for missing effects.
 //!
-//! A fit may also keep the constants near their start values and leave a whole channel unexplained. Then the measured channel is a multiple of the
-//! modelled one.
+//! A fit may also keep the constants near their start values and leave a whole channel unexplained. Then the measured channel is a multiple
+//! of the modelled one.
 //!
-//! In: the model with its start values, and a fit. Out: the constants that are a decade or more from their start values, and the defect of the log if the shifts have
-//! the pattern of columns in thousandths of their unit. Exempt are constants that are fixed, not determined, or without a start value in the file.
+//! In: the model with its start values, and a fit. Out: the constants that are a decade or more from their start values, and the defect of
+//! the log if the shifts have the pattern of columns in thousandths of their unit. Exempt are constants that are fixed, not determined, or
+//! without a start value in the file.
 
 use super::fit::{self, FitResult, PreparedLog};
 use crate::log::plausible::{Defect, ShiftedConstant};
@@ -38,8 +39,8 @@ pub fn columns_in_thousandths(model: &Model, data: &PreparedLog, result: &FitRes
     by_multiple(model, data, result).or_else(|| by_shifts(model, result))
 }
 
-/// The columns that are in thousandths of their unit, by a fit of `model`. A fit to a column in another unit may end anywhere: where it describes a channel badly, the start values show what the column is a
-/// multiple of.
+/// The columns that are in thousandths of their unit, by a fit of `model`. A fit to a column in another unit may end anywhere: where it
+/// describes a channel badly, the start values show what the column is a multiple of.
 pub fn columns_in_thousandths_by_fit(model: &Model, data: &PreparedLog, fitted: &FitResult) -> Option<Defect> {
     let at_start = || {
         let (system, start) = fit::build::system(model, data.temp_C.is_some());

@@ -152,8 +152,8 @@ pub fn evaluate<'a>(
 /// Distance from zero, in standard errors, that is not significant.
 const MAX_ZERO_SIGMAS: f64 = 2.0;
 
-/// Parameters of the user's own effects that are zero within two standard errors, where one standard error exceeds the start value: the log does
-/// not even determine their magnitude. A parameter of the catalogue has a kind that tells how it is judged.
+/// Parameters of the user's own effects that are zero within two standard errors, where one standard error exceeds the start value: the log
+/// does not even determine their magnitude. A parameter of the catalogue has a kind that tells how it is judged.
 fn undetermined_own_parameters(model: &Model, result: &FitResult) -> Vec<Unidentifiable> {
     let own = model.parameters().iter().filter(|given| given.info.is_none() && given.value != 0.0);
     own.filter(|given| {

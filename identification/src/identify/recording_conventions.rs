@@ -1,8 +1,8 @@
 //! How a log was recorded, as far as its notes do not state it: found by the fit of a model.
 //!
-//! A value may be taken at the time of its row or be the mean over the row; a rate may be the difference of an angle over the last row. A wrong
-//! assumption leaves a residual that looks like missing physics. Each convention that no note states is tried where the model leaves more than noise, and
-//! kept where the likelihood of the residuals rises clearly. Outliers are found first; see [`super::fit::outliers`].
+//! A value may be taken at the time of its row or be the mean over the row; a rate may be the difference of an angle over the last row. A
+//! wrong assumption leaves a residual that looks like missing physics. Each convention that no note states is tried where the model leaves
+//! more than noise, and kept where the likelihood of the residuals rises clearly. Outliers are found first; see [`super::fit::outliers`].
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,8 @@ use super::fit::{FitError, FitResult, PreparedLog, outliers};
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
-/// Least gain, 2 ln of the likelihood ratio, for a convention that differs from that of the project, per compared value: the rms falls by 1 %.
+/// Least gain, 2 ln of the likelihood ratio, for a convention that differs from that of the project, per compared value: the rms falls by 1
+/// %.
 const MIN_GAIN_PER_VALUE: f64 = 0.02;
 /// The same at least, whatever the number of values.
 pub const MIN_GAIN: f64 = 20.0;

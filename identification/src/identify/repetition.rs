@@ -1,8 +1,9 @@
 //! Noise of the channels from repetitions of the excitation.
 //!
-//! In: a prepared log. Out: where the input repeats itself, the part of each channel that does not repeat with it. Its standard deviation comes from the differences of
-//! successive periods; the first period, in which the transient decays, is left out (Pintelon, Schoukens, System Identification, 2012, section 2.5). A residual
-//! above it is an error of the model that returns with the input; a residual near it is noise, or depends on something that does not repeat.
+//! In: a prepared log. Out: where the input repeats itself, the part of each channel that does not repeat with it. Its standard deviation
+//! comes from the differences of successive periods; the first period, in which the transient decays, is left out (Pintelon, Schoukens,
+//! System Identification, 2012, section 2.5). A residual above it is an error of the model that returns with the input; a residual near it
+//! is noise, or depends on something that does not repeat.
 
 use super::fit::PreparedLog;
 use crate::model::{Channel, Input};
@@ -23,7 +24,8 @@ pub struct Repetition {
 const MIN_PERIODS: usize = 3;
 /// Rows of a period at least.
 const MIN_ROWS: usize = 100;
-/// Mean square of the change of the input from period to period, fraction of its variance, up to which it repeats. The quantization of a bridge is far below.
+/// Mean square of the change of the input from period to period, fraction of its variance, up to which it repeats. The quantization of a
+/// bridge is far below.
 const MAX_INPUT_CHANGE: f64 = 1e-4;
 /// Rows at most: the transform of a longer log would need more memory than its columns.
 const MAX_ROWS: usize = 1 << 22;
@@ -65,11 +67,13 @@ fn period_rows(series: &[f64]) -> Option<usize> {
         let sum: f64 = series[lag..].iter().zip(series).map(|(a, b)| (a - b).powi(2)).sum();
         sum / (n - lag) as f64
     };
-    // A shift by a period leaves the correlation of the rows that overlap; a slow input has high correlations beside it, so that only peaks are tried.
+    // A shift by a period leaves the correlation of the rows that overlap; a slow input has high correlations beside it, so that only peaks
+    // are tried.
     let relative = |lag: usize| correlation[lag] / (n - lag) as f64 / variance;
     let peaks =
         (MIN_ROWS..=n / MIN_PERIODS).filter(|&lag| correlation[lag] >= correlation[lag - 1] && correlation[lag] >= correlation[lag + 1]);
-    // The sum over the rows that overlap shifts the peak of a slow input by some rows: the nearest shift with the least change is the period.
+    // The sum over the rows that overlap shifts the peak of a slow input by some rows: the nearest shift with the least change is the
+    // period.
     let nearest = |peak: usize| {
         let mut lag = peak;
         for _ in 0..MAX_SHIFT {

@@ -1,7 +1,7 @@
 //! Sensitivities of a model's outputs, row by row: derivatives by its free parameters along a log.
 //!
-//! In: a compared or fitted model. Out: columns `d_OUTPUT_d_PARAMETER`, unit of the output per unit of the parameter, at the initial states of the comparison.
-//! The derivatives are exact (forward-mode), not differences.
+//! In: a compared or fitted model. Out: columns `d_OUTPUT_d_PARAMETER`, unit of the output per unit of the parameter, at the initial states
+//! of the comparison. The derivatives are exact (forward-mode), not differences.
 
 use super::fit::parameters::{DerivativeScalar, Dual};
 use super::fit::simulate::run;

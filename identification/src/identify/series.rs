@@ -3,8 +3,9 @@
 use super::fit::{FitResult, PreparedLog};
 use crate::log::{Axis, Column, Log, LogError};
 
-/// The rows in which every channel is compared, as a log: time (of several logs one after the other), input, and for each channel the measured column and, with the suffix `_model`, the modelled
-/// one; `held_out` is 1 where the fit did not use the row. An angle is compared by its increments (`theta_increment_rad`) where its note does not state otherwise.
+/// The rows in which every channel is compared, as a log: time (of several logs one after the other), input, and for each channel the
+/// measured column and, with the suffix `_model`, the modelled one; `held_out` is 1 where the fit did not use the row. An angle is compared
+/// by its increments (`theta_increment_rad`) where its note does not state otherwise.
 ///
 /// # Errors
 /// No row is compared.

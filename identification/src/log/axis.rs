@@ -1,7 +1,7 @@
 //! The axis of a drive: rotary, or linear.
 //!
-//! Inside the program every axis is a rotary one: 1 m is 1 rad, 1 N is 1 N m, 1 kg is 1 kg m², and the equations are the same. What a user of a linear axis
-//! reads and writes, columns, parameters and units, is translated here, at the readers and at the reports.
+//! Inside the program every axis is a rotary one: 1 m is 1 rad, 1 N is 1 N m, 1 kg is 1 kg m², and the equations are the same. What a user
+//! of a linear axis reads and writes, columns, parameters and units, is translated here, at the readers and at the reports.
 
 /// Rotary or linear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

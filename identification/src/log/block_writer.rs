@@ -6,7 +6,8 @@ use super::csv_write::CsvWriter;
 use super::parquet::GroupWriter;
 use super::{Format, Log};
 
-/// A log that is being written. Each block is a [`Log`] with the next rows and the notes that belong to them; all have the columns of the first.
+/// A log that is being written. Each block is a [`Log`] with the next rows and the notes that belong to them; all have the columns of the
+/// first.
 pub enum BlockWriter<W: Write + Send> {
     /// As text. Notes of later blocks stand between the rows.
     Csv(CsvWriter<W>),

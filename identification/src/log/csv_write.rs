@@ -1,6 +1,7 @@
 //! Writes a log as CSV text: notes, header, rows. Each number is the shortest text that reads back as the same value.
 //!
-//! A note at the beginning announces two at the end, the number of rows and their SHA-256, so that a reader recognises a log without its end.
+//! A note at the beginning announces two at the end, the number of rows and their SHA-256, so that a reader recognises a log without its
+//! end.
 
 use std::io::Write;
 
@@ -74,7 +75,8 @@ impl<W: Write> CsvWriter<W> {
     /// Writes one row, a number for each column.
     ///
     /// # Errors
-    /// Errors of the output; `InvalidInput` if the count differs from the header, or a number is not finite (the log could not be read again).
+    /// Errors of the output; `InvalidInput` if the count differs from the header, or a number is not finite (the log could not be read
+    /// again).
     pub fn row(&mut self, cells: &[f64]) -> std::io::Result<()> {
         if cells.len() != self.columns || cells.iter().any(|c| !c.is_finite()) {
             let expected = self.columns;

@@ -1,8 +1,8 @@
 //! Reads and writes logs: recorded columns with their notes.
 //!
-//! In and out: CSV (`.csv`) or Parquet (`.parquet`), selected by the ending of the name; columns of `f64` in SI units, among them `t_s`, which
-//! increases; [`Notes`] `# key: value` in their order. A [`Log`] contains the columns of defined meaning ([`KNOWN`]) and lists the names of
-//! the others. The readers check that every value is finite and that time increases.
+//! In and out: CSV (`.csv`) or Parquet (`.parquet`), selected by the ending of the name; columns of `f64` in SI units, among them `t_s`,
+//! which increases; [`Notes`] `# key: value` in their order. A [`Log`] contains the columns of defined meaning ([`KNOWN`]) and lists the
+//! names of the others. The readers check that every value is finite and that time increases.
 //!
 //! A *row* is a sample, counted from 1. A *segment* is a sequence of rows without a gap (a step above 1.5 × the median interval).
 
@@ -267,7 +267,8 @@ impl Log {
         self.column(RATE_AGE)
     }
 
-    /// The log with the column `name` in place of `omega_rad_s`, and with its notes: another sensor of the rate. The former rate is dropped.
+    /// The log with the column `name` in place of `omega_rad_s`, and with its notes: another sensor of the rate. The former rate is
+    /// dropped.
     ///
     /// # Errors
     /// The log has no such column.

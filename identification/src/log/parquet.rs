@@ -1,7 +1,7 @@
 //! Reads and writes a log as Parquet, column by column; notes are the key-value metadata of the file.
 //!
-//! Read: double, float, 32- and 64-bit integers in any codec that pandas writes. Written: required doubles, Zstandard, row groups of at most
-//! a million rows. The low-level readers and writers of the parquet crate are used, without Arrow.
+//! Read: double, float, 32- and 64-bit integers in any codec that pandas writes. Written: required doubles, Zstandard, row groups of at
+//! most a million rows. The low-level readers and writers of the parquet crate are used, without Arrow.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};

@@ -1,8 +1,9 @@
 //! Time stamps that scatter although the readings are evenly spaced.
 //!
-//! A logger that stamps its rows when it gets round to it writes a jittered time for regular samples. A reading then lies where even times put it, not where
-//! its stamp does. Both times are tried on the readings themselves: each is predicted from its two neighbours by linear interpolation, and
-//! the time with the smaller error is the right one, by the test of Diebold and Mariano (J. Bus. Econ. Stat. 13 (1995) 253). Stamps of samples that were really taken unevenly stay as they are.
+//! A logger that stamps its rows when it gets round to it writes a jittered time for regular samples. A reading then lies where even times
+//! put it, not where its stamp does. Both times are tried on the readings themselves: each is predicted from its two neighbours by linear
+//! interpolation, and the time with the smaller error is the right one, by the test of Diebold and Mariano (J. Bus. Econ. Stat. 13 (1995)
+//! 253). Stamps of samples that were really taken unevenly stay as they are.
 
 use std::ops::Range;
 
@@ -64,7 +65,8 @@ fn line(t: &[f64]) -> (f64, f64) {
     (mean - step * middle, step)
 }
 
-/// How much better the even times predict the readings than the stamps do: the sum of the differences of the squared errors over its standard deviation. Errors two rows apart share a reading.
+/// How much better the even times predict the readings than the stamps do: the sum of the differences of the squared errors over its
+/// standard deviation. Errors two rows apart share a reading.
 fn evidence(even: &[f64], stamps: &[f64], y: &[f64], segments: &[Range<usize>]) -> Option<f64> {
     let (by_even, by_stamps) = (prediction_errors(even, y, segments), prediction_errors(stamps, y, segments));
     let median = median_abs(&by_even)?.max(median_abs(&by_stamps)?);

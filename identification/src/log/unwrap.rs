@@ -1,7 +1,7 @@
 //! Continues an angle that was wrapped to one turn.
 //!
-//! In: an angle, rad, one value for each row. Out: the angle over the turns, and the number of jumps. An angle is wrapped if it stays within one
-//! turn and all its steps are either short or jumps of about one turn: then no jump can be a motion.
+//! In: an angle, rad, one value for each row. Out: the angle over the turns, and the number of jumps. An angle is wrapped if it stays
+//! within one turn and all its steps are either short or jumps of about one turn: then no jump can be a motion.
 
 use std::f64::consts::{PI, TAU};
 

@@ -102,7 +102,8 @@ impl Channel {
         }
     }
 
-    /// Column of the log that is compared with this output of a model. Where the angle is the input, the compared angle is that of a sensor under test.
+    /// Column of the log that is compared with this output of a model. Where the angle is the input, the compared angle is that of a sensor
+    /// under test.
     pub fn compared_column(self, input: Input) -> &'static str {
         match (self, input) {
             (Channel::Angle, Input::Motion) => "theta_sensor_rad",

@@ -1,4 +1,5 @@
-//! Quantiles and tail probabilities of the distributions that the analyses use. All return NaN for degrees of freedom that are not positive.
+//! Quantiles and tail probabilities of the distributions that the analyses use. All return NaN for degrees of freedom that are not
+//! positive.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::function::beta::{beta_reg, ln_beta};
@@ -74,7 +75,8 @@ pub fn log10_f_tail(f: f64, k: f64, nu: f64) -> f64 {
     ln / std::f64::consts::LN_10
 }
 
-/// Interval of fractions that contains the outcome of `n` independent trials of this probability with at least this coverage; the tails are equal.
+/// Interval of fractions that contains the outcome of `n` independent trials of this probability with at least this coverage; the tails are
+/// equal.
 pub fn binomial_interval(n: u64, probability: f64, coverage: f64) -> (f64, f64) {
     let (trials, tail) = (n as f64, 0.5 * (1.0 - coverage));
     let ln_probability = |k: u64| {

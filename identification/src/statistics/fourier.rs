@@ -27,7 +27,8 @@ impl Transforms {
         }
     }
 
-    /// The series of these lines, times its length; empty for another number of lines. The first and, for an even length, the last line must be real.
+    /// The series of these lines, times its length; empty for another number of lines. The first and, for an even length, the last line
+    /// must be real.
     pub fn inverse(&self, lines: &mut [Complex<f64>]) -> Vec<f64> {
         let mut series = self.inverse.make_output_vec();
         match self.inverse.process(lines, &mut series) {

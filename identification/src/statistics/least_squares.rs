@@ -26,8 +26,8 @@ impl LeastSquares {
         self.covariance[(k, k)].max(0.0).sqrt()
     }
 
-    /// Components of a function of the coefficients with this gradient along independent factors of variance 1: gradientᵀ L with covariance L Lᵀ.
-    /// The root of the sum of squares is [`Self::sigma_of`].
+    /// Components of a function of the coefficients with this gradient along independent factors of variance 1: gradientᵀ L with covariance
+    /// L Lᵀ. The root of the sum of squares is [`Self::sigma_of`].
     pub fn factors_of(&self, gradient: &[f64]) -> Vec<f64> {
         let m = self.coefficients.len();
         // The covariance is symmetric and positive semidefinite: L = V √λ.
@@ -42,7 +42,8 @@ impl LeastSquares {
             .collect()
     }
 
-    /// Standard uncertainty of a function of the coefficients with this gradient, to first order. Missing components of the gradient are zero.
+    /// Standard uncertainty of a function of the coefficients with this gradient, to first order. Missing components of the gradient are
+    /// zero.
     pub fn sigma_of(&self, gradient: &[f64]) -> f64 {
         let component = |k: usize| gradient.get(k).copied().unwrap_or(0.0);
         let m = self.coefficients.len();
@@ -92,10 +93,10 @@ pub fn least_squares(rows: &[Vec<f64>], y: &[f64]) -> Option<LeastSquares> {
     })
 }
 
-/// Weighted fit whose covariance is estimated from the sums over clusters of rows (Liang and Zeger 1986): it holds where the residuals of a cluster are
-/// correlated and where their variances differ. Residuals are unweighted. `weights`: inverse variances; `clusters`: number of the cluster of each row. The
-/// uncertainty of each coefficient is at least that of independent residuals with these weights. `None` as for [`least_squares`], and for fewer
-/// clusters than columns plus two.
+/// Weighted fit whose covariance is estimated from the sums over clusters of rows (Liang and Zeger 1986): it holds where the residuals of a
+/// cluster are correlated and where their variances differ. Residuals are unweighted. `weights`: inverse variances; `clusters`: number of
+/// the cluster of each row. The uncertainty of each coefficient is at least that of independent residuals with these weights. `None` as for
+/// [`least_squares`], and for fewer clusters than columns plus two.
 pub fn clustered_least_squares(rows: &[Vec<f64>], y: &[f64], weights: &[f64], clusters: &[usize]) -> Option<LeastSquares> {
     let m = rows.first()?.len();
     let root: Vec<f64> = weights.iter().map(|w| w.sqrt()).collect();

@@ -1,7 +1,8 @@
 //! Statistical methods shared by all analyses.
 //!
-//! [`distributions`] (normal, Student, χ², F), [`student_mixture`], [`uncertainty`] (budgets according to the GUM), [`least_squares`] with covariance, [`robust`] location
-//! and scale, [`extremes`] (smallest and largest values), [`fourier`] transforms, [`series`] (histogram, autocorrelation) and [`bins`] (means along a coordinate).
+//! [`distributions`] (normal, Student, χ², F), [`student_mixture`], [`uncertainty`] (budgets according to the GUM), [`least_squares`] with
+//! covariance, [`robust`] location and scale, [`extremes`] (smallest and largest values), [`fourier`] transforms, [`series`] (histogram,
+//! autocorrelation) and [`bins`] (means along a coordinate).
 
 pub mod bins;
 pub mod distributions;

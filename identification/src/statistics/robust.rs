@@ -1,7 +1,7 @@
 //! Robust location and scale: quantiles, median, median absolute value.
 //!
-//! Quantiles are order statistics without interpolation: the value at index ⌊fraction · n⌋ of the sorted series. The median of an even number of
-//! values is therefore the upper one of the two in the middle.
+//! Quantiles are order statistics without interpolation: the value at index ⌊fraction · n⌋ of the sorted series. The median of an even
+//! number of values is therefore the upper one of the two in the middle.
 
 /// Median of the magnitude of a normal deviate of standard deviation 1.
 pub const MEDIAN_ABS_PER_SIGMA: f64 = 0.6745;
@@ -28,7 +28,8 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(values, 0.5)
 }
 
-/// Median of the magnitudes; `None` for an empty series. Over [`MEDIAN_ABS_PER_SIGMA`] it estimates the standard deviation of values about zero.
+/// Median of the magnitudes; `None` for an empty series. Over [`MEDIAN_ABS_PER_SIGMA`] it estimates the standard deviation of values about
+/// zero.
 pub fn median_abs(values: &[f64]) -> Option<f64> {
     median(values.iter().map(|value| value.abs()))
 }

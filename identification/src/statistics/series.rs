@@ -52,8 +52,8 @@ pub fn autocorrelation(values: &[f64], lags: usize) -> Autocorrelation {
     Autocorrelation { correlation, band: 1.96 / (n.max(1) as f64).sqrt() }
 }
 
-/// Σ vₖ vₖ₊ₛ of a series for the shifts s from 0 to `shifts`, by Fourier transforms of blocks that overlap by the largest shift; `None` where the series has a value that is
-/// not finite.
+/// Σ vₖ vₖ₊ₛ of a series for the shifts s from 0 to `shifts`, by Fourier transforms of blocks that overlap by the largest shift; `None`
+/// where the series has a value that is not finite.
 pub fn products_by_shift(series: &[f64], shifts: usize) -> Option<Vec<f64>> {
     if !series.iter().all(|v| v.is_finite()) {
         return None;

@@ -1,5 +1,5 @@
-//! Weighted mixture of Student distributions with common degrees of freedom: the distribution of an estimate whose noise model is known up to one
-//! parameter, averaged over that parameter.
+//! Weighted mixture of Student distributions with common degrees of freedom: the distribution of an estimate whose noise model is known up
+//! to one parameter, averaged over that parameter.
 //!
 //! Input: weight, location and scale of each component. Output: mean and half-widths of symmetric intervals, and the equivalent u and ν.
 
@@ -77,8 +77,8 @@ impl StudentMixture {
     }
 }
 
-/// Degrees of freedom for which Student's distribution has this ratio of the 95 % to the 68 % half-width; at least 1, infinite for a ratio of the normal
-/// distribution.
+/// Degrees of freedom for which Student's distribution has this ratio of the 95 % to the 68 % half-width; at least 1, infinite for a ratio
+/// of the normal distribution.
 fn equivalent_dof(ratio: f64) -> f64 {
     let of = |dof: f64| student_quantile(0.5 + 0.5 * COVERAGE_PROBABILITY, dof) / student_quantile(0.5 + 0.5 * ONE_SIGMA, dof);
     if ratio.is_nan() || ratio <= of(MANY_DOF) {

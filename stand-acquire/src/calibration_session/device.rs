@@ -85,7 +85,8 @@ pub struct Assumptions {
     pub temperature_K: f64,
     /// Scale of an accelerometer, % of 1; used where only one radius was run.
     pub scale_percent: f64,
-    /// Output of a gyro per acceleration across its axis, °/s/g: the centripetal acceleration at a radius makes an error proportional to Ω².
+    /// Output of a gyro per acceleration across its axis, °/s/g: the centripetal acceleration at a radius makes an error proportional to
+    /// Ω².
     pub g_sensitivity_deg_s_g: f64,
     /// Frequency of the crystal by a clock reference, in place of `crystal_ppm`: not in a session file, but found in its logs.
     #[serde(skip)]

@@ -1,7 +1,7 @@
 //! Random devices under test for the simulated stand, with their true values.
 //!
-//! What no log contains (crystal, mounting, latitude) is drawn within the assumptions of a session ([`Assumptions`]), so that the coverage of the
-//! uncertainties can be tested.
+//! What no log contains (crystal, mounting, latitude) is drawn within the assumptions of a session ([`Assumptions`]), so that the coverage
+//! of the uncertainties can be tested.
 
 use super::Assumptions;
 use hal_sim::peripherals::imu::{GyroElement, ImuSetup};

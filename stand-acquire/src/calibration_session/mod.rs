@@ -1,8 +1,8 @@
 //! Calibration session: the steps that are run on a stand, unattended where no operator is needed.
 //!
-//! Input: a TOML file ([`Session`]) and a stand. Output: a folder with one raw log per step and a journal ([`journal`]), updated after each step, with
-//! the SHA-256 of the log. An interrupted session continues with the first step that is not done ([`run`]). Steps that the stand cannot run are refused
-//! before anything moves ([`check`]). The analysis of the logs is in `stand-analysis`, a higher layer.
+//! Input: a TOML file ([`Session`]) and a stand. Output: a folder with one raw log per step and a journal ([`journal`]), updated after each
+//! step, with the SHA-256 of the log. An interrupted session continues with the first step that is not done ([`run`]). Steps that the stand
+//! cannot run are refused before anything moves ([`check`]). The analysis of the logs is in `stand-analysis`, a higher layer.
 
 pub mod check;
 mod clock;

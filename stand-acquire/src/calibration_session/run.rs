@@ -1,8 +1,8 @@
 //! Runs the steps of a session on a stand: one raw log per step, the journal updated after each.
 //!
-//! When a step ends early (serial line, fault, full disk, kill), its rows remain in the folder as `NAME.parquet.csv` and the journal has the reason.
-//! The resumed session repeats the step; the earlier rows are kept under the name of an attempt. The journal names the current step before it
-//! begins, which reveals a killed program.
+//! When a step ends early (serial line, fault, full disk, kill), its rows remain in the folder as `NAME.parquet.csv` and the journal has
+//! the reason. The resumed session repeats the step; the earlier rows are kept under the name of an attempt. The journal names the current
+//! step before it begins, which reveals a killed program.
 
 use super::check::{StandLimits, check};
 use super::error::RunError;
@@ -16,8 +16,8 @@ use std::path::Path;
 
 /// Who mounts the device under test and loads the platform.
 pub trait Operator {
-    /// Performs an instruction: `mounting` of the device under test, `added_kg_m2` of additional inertia on the platform. Returns the operator's answer,
-    /// or `None` when the instruction was not carried out, which ends the session.
+    /// Performs an instruction: `mounting` of the device under test, `added_kg_m2` of additional inertia on the platform. Returns the
+    /// operator's answer, or `None` when the instruction was not carried out, which ends the session.
     fn perform(&mut self, instruction: &Instruction, mounting: &Mounting, added_kg_m2: f64) -> Option<String>;
 }
 

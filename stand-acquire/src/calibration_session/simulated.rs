@@ -16,8 +16,8 @@ use std::path::Path;
 /// Full scale of a random sensor where the session has none, rad/s.
 const DEFAULT_FULL_SCALE_RAD_S: f64 = 10.0;
 
-/// The simulated stand for a session: `stand`, or the default stand, or for a drive a random one by `seed`. A stand without a sensor gets a random one
-/// where the session needs a sensor.
+/// The simulated stand for a session: `stand`, or the default stand, or for a drive a random one by `seed`. A stand without a sensor gets a
+/// random one where the session needs a sensor.
 pub fn stand_with_dut(stand: Option<Described>, seed: u64, session: &Session) -> Described {
     let assumed = &session.assumptions;
     if session.dut_kind == DutKind::Drive {

@@ -181,7 +181,8 @@ pub struct PositionData {
 }
 
 impl PositionData {
-    /// Adds start and trace of the cycles from the rows, which carry the mark of the firmware: four times the number of the cycle, plus 1 or 2 in its pulses.
+    /// Adds start and trace of the cycles from the rows, which carry the mark of the firmware: four times the number of the cycle, plus 1
+    /// or 2 in its pulses.
     fn add_traces(&mut self) {
         for cycle in &mut self.cycles {
             let is_pulse = |[.., mark]: &[f64; 4]| *mark as u64 / 4 == u64::from(cycle.number) && !(*mark as u64).is_multiple_of(4);
@@ -220,8 +221,8 @@ fn trace(samples: &[Option<(f64, f64)>]) -> CycleTrace {
     CycleTrace { angle_V: (0..=intervals).map(|k| filled[k * group].0).collect(), current_A: (0..intervals).map(current).collect() }
 }
 
-/// Runs the cycles in position `number` with pulses of `rate_rad_s`, which was sent before; `begin_s` is the time of the session, for cycles without rows;
-/// `on_state` receives the state of the firmware and returns false to interrupt, after which there is no data.
+/// Runs the cycles in position `number` with pulses of `rate_rad_s`, which was sent before; `begin_s` is the time of the session, for
+/// cycles without rows; `on_state` receives the state of the firmware and returns false to interrupt, after which there is no data.
 ///
 /// # Errors
 /// The serial line; the stand rejects to start.

@@ -1,7 +1,7 @@
 //! Drift session: the firmware runs pulse cycles in one position of the gyroscope after another, on a stand or a simulated one.
 //!
-//! Input: a connection, the plan of the cycles, the positions. Output: the cycles of all positions as the firmware reports them, and the rows of the
-//! stream for a log. The drift is computed from them in `stand-analysis`, a higher layer.
+//! Input: a connection, the plan of the cycles, the positions. Output: the cycles of all positions as the firmware reports them, and the
+//! rows of the stream for a log. The drift is computed from them in `stand-analysis`, a higher layer.
 
 mod cycles;
 
@@ -65,8 +65,8 @@ impl DriftSessionRequest {
         self.plan.sequence == BOTH
     }
 
-    /// Signs of the pulses in a visit, by its number from 0. Visits of one cycle alternate the sign: in the order A B B A with the number of the visit, since
-    /// positions are visited once with an even and once with an odd number; otherwise with the round.
+    /// Signs of the pulses in a visit, by its number from 0. Visits of one cycle alternate the sign: in the order A B B A with the number
+    /// of the visit, since positions are visited once with an even and once with an odd number; otherwise with the round.
     fn sequence(&self, visit: usize, cycles: u32) -> &'static str {
         let alternation = match self.order {
             VisitOrder::Abba => visit,
@@ -93,8 +93,9 @@ impl DriftSessionRequest {
         in_a_round * self.rounds.max(1)
     }
 
-    /// The visits: number of the position, from 0, and cycles at each rate. The cycles of a position are divided between its visits, at least one in each, and in
-    /// pairs of both signs where they suffice. The gyroscope is not turned between two successive visits to one position.
+    /// The visits: number of the position, from 0, and cycles at each rate. The cycles of a position are divided between its visits, at
+    /// least one in each, and in pairs of both signs where they suffice. The gyroscope is not turned between two successive visits to one
+    /// position.
     pub fn visits(&self) -> Vec<(usize, u32)> {
         let (count, visits) = (self.positions.len(), self.visits_per_position());
         let unit = if self.has_both_signs() && self.plan.cycles >= 2 * visits { 2 } else { 1 };
@@ -167,7 +168,8 @@ pub enum DriftSessionError {
     Incomplete,
 }
 
-/// Measures in all positions of one stand. `turn` brings the gyroscope into a position; `progress` receives the state and returns false to interrupt the session.
+/// Measures in all positions of one stand. `turn` brings the gyroscope into a position; `progress` receives the state and returns false to
+/// interrupt the session.
 ///
 /// # Errors
 /// As [`DriftSessionError`].

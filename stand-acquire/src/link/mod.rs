@@ -1,11 +1,11 @@
 //! The serial line to a stand, from the host's side.
 //!
-//! A link that has sent a command of a program that drives gives signs of life while it waits; when it ends, by an error or a panic too, it switches
-//! the drive off and says so on standard error, unless the stand runs unattended.
+//! A link that has sent a command of a program that drives gives signs of life while it waits; when it ends, by an error or a panic too, it
+//! switches the drive off and says so on standard error, unless the stand runs unattended.
 //!
-//! In: the path of a serial port or pseudo-terminal. Out: a [`SerialLink`]: queries and commands in text, each line with a checksum, and the
-//! frames of a stream. Losses are counted ([`LineLosses`]). [`SerialLink::open`] reports a port that does not exist, is in use, or has no
-//! stand behind it.
+//! In: the path of a serial port or pseudo-terminal. Out: a [`SerialLink`]: queries and commands in text, each line with a checksum, and
+//! the frames of a stream. Losses are counted ([`LineLosses`]). [`SerialLink::open`] reports a port that does not exist, is in use, or has
+//! no stand behind it.
 
 mod error;
 mod port;
@@ -388,8 +388,8 @@ impl Drop for SerialLink {
     }
 }
 
-/// What a program has to send twice a second: a sign of life if it has driven; an empty line during a stream, which would end without lines that
-/// have check sums.
+/// What a program has to send twice a second: a sign of life if it has driven; an empty line during a stream, which would end without lines
+/// that have check sums.
 pub fn sign(has_driven: bool, is_streaming: bool) -> Option<&'static str> {
     if has_driven { Some(SIGN_OF_LIFE) } else { is_streaming.then_some("") }
 }
@@ -404,8 +404,8 @@ fn without_block_head(line: &str) -> &str {
     after_head().unwrap_or(line)
 }
 
-/// The number at the beginning of a word of a reply, with or without a unit. The stand writes 9.91E37 for "not a number" and 9.9E37 for infinity
-/// (SCPI-99, volume 1, §7.2.1).
+/// The number at the beginning of a word of a reply, with or without a unit. The stand writes 9.91E37 for "not a number" and 9.9E37 for
+/// infinity (SCPI-99, volume 1, §7.2.1).
 pub fn reply_number(word: &str) -> Option<f64> {
     let number: f64 = word.split_whitespace().next()?.parse().ok()?;
     Some(match number.abs() {
@@ -428,7 +428,8 @@ pub fn is_harmless(line: &str) -> bool {
     Commands::new(line.as_bytes()).all(|command| !is_sign_of_life(&command) || is_stop(&command) || command.is("FAULt:CLEar"))
 }
 
-/// Whether a line changes how the program at the other end is supervised; also where the header continues the path, as in `HOST:ARM?;ARM 3600`.
+/// Whether a line changes how the program at the other end is supervised; also where the header continues the path, as in
+/// `HOST:ARM?;ARM 3600`.
 pub fn supervises(line: &str) -> bool {
     Commands::new(line.as_bytes()).any(|command| !command.is_query && is_of_host(&command))
 }

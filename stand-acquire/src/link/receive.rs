@@ -1,9 +1,9 @@
 //! Received bytes as lines of text, frames of a stream, and counts of losses.
 //!
-//! In text mode a line ends with a line feed. A zero byte starts a stream; the bytes between zeros are then frames, decoded by the firmware's
-//! [`Deframer`]. Printable text that ends with a line feed returns to text mode: it cannot be a frame, whose second byte is a type below 32. A line feed
-//! directly after a zero is no text, which ends with CR LF, but the first byte of a frame: the distance to its next zero, as in the frame of a reply of one
-//! character.
+//! In text mode a line ends with a line feed. A zero byte starts a stream; the bytes between zeros are then frames, decoded by the
+//! firmware's [`Deframer`]. Printable text that ends with a line feed returns to text mode: it cannot be a frame, whose second byte is a
+//! type below 32. A line feed directly after a zero is no text, which ends with CR LF, but the first byte of a frame: the distance to its
+//! next zero, as in the frame of a reply of one character.
 
 use std::collections::VecDeque;
 
@@ -141,8 +141,8 @@ impl Receiver {
         self.other_protocol.take().map_or(Ok(()), Err)
     }
 
-    /// Drops an incomplete line or frame and returns to text mode. A space that the line changes to a zero byte, followed by a character that it changes to
-    /// a non-text byte, looks like a frame and would hide all replies until the next zero byte.
+    /// Drops an incomplete line or frame and returns to text mode. A space that the line changes to a zero byte, followed by a character
+    /// that it changes to a non-text byte, looks like a frame and would hide all replies until the next zero byte.
     pub fn restart(&mut self) {
         self.deframer.restart();
         self.line.clear();
@@ -315,7 +315,8 @@ mod tests {
             prop_assert_eq!(received(&bytes.concat()), expected);
         }
 
-        /// A client that joins in the middle of the stream may take what is left of one item for a line; from the next zero on it receives all.
+        /// A client that joins in the middle of the stream may take what is left of one item for a line; from the next zero on it receives
+        /// all.
         #[test]
         fn client_that_joins_midway_receives_all_later_items(items in prop::collection::vec(sent(), 1..20), first: u16, from: prop::sample::Index) {
             let items: Vec<Sent> = items.into_iter().filter(|item| !matches!(item, Sent::TextReply(_))).chain([Sent::Row, Sent::Row]).collect();

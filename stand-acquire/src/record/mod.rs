@@ -1,8 +1,8 @@
 //! A log written row by row from a stream.
 //!
 //! In: [`RowFrame`]s. Out: CSV. Every log is a CSV file beside it until the recording is closed ([`LogFile`]), so that an interrupted
-//! recording leaves readable rows, and a file with the name of the log is complete. A column without values in the first rows is left out. A later row that lacks a value is left out and
-//! counted. The log ends before the first row with a fault.
+//! recording leaves readable rows, and a file with the name of the log is complete. A column without values in the first rows is left out.
+//! A later row that lacks a value is left out and counted. The log ends before the first row with a fault.
 
 mod log_file;
 

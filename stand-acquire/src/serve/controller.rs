@@ -1,7 +1,7 @@
 //! The simulated controller in real time, with its serial line at a pseudo-terminal or a TCP port.
 //!
-//! Before each step of the virtual clock, bytes are exchanged between the client and the simulated line, then real time is awaited. The byte
-//! timing of the line is in virtual time, so a client sees 921 600 baud.
+//! Before each step of the virtual clock, bytes are exchanged between the client and the simulated line, then real time is awaited. The
+//! byte timing of the line is in virtual time, so a client sees 921 600 baud.
 
 use std::cell::RefCell;
 use std::future::poll_fn;

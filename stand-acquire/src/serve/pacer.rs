@@ -1,7 +1,8 @@
 //! Synchronisation of virtual time with real time.
 //!
-//! In: the virtual time of the stand. Out: the time to wait. A lag up to [`MAX_LAG`] is made up by running faster; a larger lag is skipped. While
-//! the stand makes up a lag, its host cannot answer in time: the lag counts as silence of the host, after 2 s of which the stand stops its drive.
+//! In: the virtual time of the stand. Out: the time to wait. A lag up to [`MAX_LAG`] is made up by running faster; a larger lag is skipped.
+//! While the stand makes up a lag, its host cannot answer in time: the lag counts as silence of the host, after 2 s of which the stand
+//! stops its drive.
 
 use std::time::{Duration, Instant};
 

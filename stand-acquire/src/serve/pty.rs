@@ -1,8 +1,8 @@
 //! A pseudo-terminal as the serial port of a stand.
 //!
-//! This module has the master side; clients open the path. Without a client, output of the stand is discarded, as on an unconnected line. The
-//! terminal is raw from the start and is reset to raw when a client has left, so that a plain `cat` works and settings of one client do not
-//! affect the next. Only [`Pty::wait`] blocks.
+//! This module has the master side; clients open the path. Without a client, output of the stand is discarded, as on an unconnected line.
+//! The terminal is raw from the start and is reset to raw when a client has left, so that a plain `cat` works and settings of one client do
+//! not affect the next. Only [`Pty::wait`] blocks.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -152,7 +152,8 @@ impl Pty {
         Ok(())
     }
 
-    /// Sets the terminal to raw mode and discards what the client that has left did not read. What a next client may have written already stays.
+    /// Sets the terminal to raw mode and discards what the client that has left did not read. What a next client may have written already
+    /// stays.
     fn make_raw(&self) -> Result<(), PtyError> {
         let client = self.client()?;
         let mut settings = tcgetattr(&client)?;

@@ -1,7 +1,7 @@
 //! A TCP port of this computer as the line of a stand: raw SCPI, as instruments offer it.
 //!
-//! One client at a time; another gets [`IN_USE`] and is disconnected. A client that leaves is not noticed by the stand except by its silence, as on a serial
-//! line. Only [`TcpPort::wait`] blocks.
+//! One client at a time; another gets [`IN_USE`] and is disconnected. A client that leaves is not noticed by the stand except by its
+//! silence, as on a serial line. Only [`TcpPort::wait`] blocks.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};

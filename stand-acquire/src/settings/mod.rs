@@ -1,8 +1,8 @@
 //! All settings of a stand, read from and written to a stand behind a serial port or a file ([`file`]).
 //!
-//! In: the commands with which the stand replies to `*LRN?`. Out: [`StandSettings`]; [`import`] writes them into a stand with its drive off,
-//! saves them in its flash, and reads them back. The stand's list determines which settings exist, so that a setting of a newer firmware is
-//! carried too.
+//! In: the commands with which the stand replies to `*LRN?`. Out: [`StandSettings`]; [`import`] writes them into a stand with its drive
+//! off, saves them in its flash, and reads them back. The stand's list determines which settings exist, so that a setting of a newer
+//! firmware is carried too.
 
 pub mod file;
 

@@ -1,11 +1,11 @@
 //! Likelihood of the increments of block means under noise of unknown strength, with and without a column of known shape.
 //!
-//! Input: increments between the means of adjacent blocks and the places of the blocks, in block lengths. Output: for each candidate column its coefficient and
-//! Student's t by the ratio of the likelihoods.
+//! Input: increments between the means of adjacent blocks and the places of the blocks, in block lengths. Output: for each candidate column
+//! its coefficient and Student's t by the ratio of the likelihoods.
 //!
 //! The increments are second differences of the angle: their covariances are those of white noise, flicker noise and random walk (as in
-//! [`super::confidence`]). The strengths of flicker noise and random walk relative to white noise are fitted by maximum likelihood, once without and once with
-//! the candidate. So a step is judged against the random walk that explains the rest of the record.
+//! [`super::confidence`]). The strengths of flicker noise and random walk relative to white noise are fitted by maximum likelihood, once
+//! without and once with the candidate. So a step is judged against the random walk that explains the rest of the record.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

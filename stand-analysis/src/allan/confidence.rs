@@ -1,9 +1,9 @@
 //! Covariance of overlapping Allan variances, equivalent degrees of freedom and χ² confidence intervals.
 //!
-//! Input: five noise coefficients, averaging factors, lengths of the segments. Output: covariances, degrees of freedom, intervals. NIST SP 1065 (after
-//! Greenhall and Riley, 2004) treats one power law; this module treats their sum: for Gaussian differences z₁, z₂ of two averaging factors,
-//! cov(⟨z₁²⟩, ⟨z₂²⟩) is the mean of 2 c² + 4 µ₁µ₂ c over all pairs of terms, with their covariance c at the lag of the pair and the contribution µ of a
-//! ramp. For one power law this equals Greenhall's sum; it also gives the correlation of adjacent points.
+//! Input: five noise coefficients, averaging factors, lengths of the segments. Output: covariances, degrees of freedom, intervals. NIST SP
+//! 1065 (after Greenhall and Riley, 2004) treats one power law; this module treats their sum: for Gaussian differences z₁, z₂ of two
+//! averaging factors, cov(⟨z₁²⟩, ⟨z₂²⟩) is the mean of 2 c² + 4 µ₁µ₂ c over all pairs of terms, with their covariance c at the lag of the
+//! pair and the contribution µ of a ramp. For one power law this equals Greenhall's sum; it also gives the correlation of adjacent points.
 //!
 //! The unit of time is the row: τ₀ = 1.
 
@@ -33,10 +33,11 @@ const LAG_RANGE: f64 = 1.5;
 /// Part of the distance to the next kink over which the covariance is taken as linear.
 const STEP_PER_DISTANCE: f64 = 0.125;
 
-/// Covariance of the variances at two averaging factors for any sum of the processes: a quadratic form of Q², N², B², K² and, by R², a linear one.
+/// Covariance of the variances at two averaging factors for any sum of the processes: a quadratic form of Q², N², B², K² and, by R², a
+/// linear one.
 ///
-/// No pair of factors is negligible: under random walk alone variances at factors 1 : 64 correlate by 0.17, under quantisation alone by 0.5. A matrix without
-/// them is not positive definite.
+/// No pair of factors is negligible: under random walk alone variances at factors 1 : 64 correlate by 0.17, under quantisation alone by
+/// 0.5. A matrix without them is not positive definite.
 #[derive(Debug, Clone)]
 pub struct Covariance {
     factors: [usize; 2],
@@ -107,8 +108,8 @@ impl Covariance {
     }
 }
 
-/// Cells of lags, each with one value of the covariance. At the ends and in the middle of the longer difference (of length 2 b), within the shorter one (2 a), the
-/// covariance has kinks, and a cell is one lag; elsewhere cells grow with the distance from there.
+/// Cells of lags, each with one value of the covariance. At the ends and in the middle of the longer difference (of length 2 b), within the
+/// shorter one (2 a), the covariance has kinks, and a cell is one lag; elsewhere cells grow with the distance from there.
 fn cells(a: f64, b: f64) -> Vec<[f64; 2]> {
     let middle = (a - b).round();
     let reach = (LAG_RANGE * (a + b)).ceil();
@@ -124,7 +125,8 @@ fn cells(a: f64, b: f64) -> Vec<[f64; 2]> {
     found
 }
 
-/// Generalised covariance of the angle at distance t ≥ 0 for N², B², K² = 1. Its second differences are the covariances of the second differences.
+/// Generalised covariance of the angle at distance t ≥ 0 for N², B², K² = 1. Its second differences are the covariances of the second
+/// differences.
 fn generalised(t: f64) -> [f64; 3] {
     let log = if t > 0.0 { t.ln() } else { 0.0 };
     [-0.5 * t, t * t * log / std::f64::consts::TAU, t * t * t / 12.0]

@@ -1,9 +1,10 @@
 //! Overlapping and non-overlapping Allan deviation (NIST SP 1065, formulas 10, 11 and 7) from rates or from angles.
 //!
-//! Input: one number per row, evenly spaced within each segment. Output: for each averaging factor the variance in the squared unit of the column and the
-//! number of terms. No term crosses a gap. The cumulative sums replace the column in memory.
+//! Input: one number per row, evenly spaced within each segment. Output: for each averaging factor the variance in the squared unit of the
+//! column and the number of terms. No term crosses a gap. The cumulative sums replace the column in memory.
 //!
-//! A straight line is subtracted from the rates before summation and added to each term in closed form. The sums stay small, and 10⁷ rows keep nine digits.
+//! A straight line is subtracted from the rates before summation and added to each term in closed form. The sums stay small, and 10⁷ rows
+//! keep nine digits.
 
 use std::ops::Range;
 

@@ -1,13 +1,14 @@
 //! Steps and transients of a record: what is no stationary noise, and would be taken for random walk.
 //!
-//! Input: the values of the rows (rates, or angles whose change is the rate) and the segments without a gap. Output: [`Disturbances`], the rows at which the
-//! level steps, and a transient at the beginning, such as a warm-up.
+//! Input: the values of the rows (rates, or angles whose change is the rate) and the segments without a gap. Output: [`Disturbances`], the
+//! rows at which the level steps, and a transient at the beginning, such as a warm-up.
 //!
-//! Two searches. Over the whole record, the increments between the means of 64 blocks: a step is one increment (or two halves, if it lies within a block), a
-//! transient a decaying exponential in all of them. Each is tested against white noise, flicker noise, random walk and a constant slope, all of unknown
-//! strength ([`super::block_increments`]); the ramp R is therefore no transient and a random walk no step. The stronger one is accepted first, and the search is
-//! repeated. For steps that are large only beside the noise of short times: the differences of two short blocks with one between them, against their robust
-//! scatter. All probabilities are for one record and any place in it (Bonferroni).
+//! Two searches. Over the whole record, the increments between the means of 64 blocks: a step is one increment (or two halves, if it lies
+//! within a block), a transient a decaying exponential in all of them. Each is tested against white noise, flicker noise, random walk and a
+//! constant slope, all of unknown strength ([`super::block_increments`]); the ramp R is therefore no transient and a random walk no step.
+//! The stronger one is accepted first, and the search is repeated. For steps that are large only beside the noise of short times: the
+//! differences of two short blocks with one between them, against their robust scatter. All probabilities are for one record and any place
+//! in it (Bonferroni).
 
 use std::ops::Range;
 
@@ -26,8 +27,8 @@ const MIN_INCREMENTS: usize = 16;
 const SHORT_BLOCKS: [usize; 2] = [512, 2048];
 /// Fewest differences of short blocks: the Student quantile of their robust scatter is then near that of the normal distribution.
 const MIN_DIFFERENCES: usize = 256;
-/// Degrees of freedom of the robust scatter for each difference: the efficiency of the median of the magnitudes is 0.37, and the overlap of the differences
-/// leaves 1/1.74 of them independent.
+/// Degrees of freedom of the robust scatter for each difference: the efficiency of the median of the magnitudes is 0.37, and the overlap of
+/// the differences leaves 1/1.74 of them independent.
 const DOF_PER_DIFFERENCE: f64 = 0.37 / 1.74;
 /// Probability with which noise is called a step, in one record; for each of the three searches a third of it.
 const STEP_PROBABILITY: f64 = 1e-4;
@@ -178,7 +179,8 @@ enum Strongest {
     Transient(Transient),
 }
 
-/// The most significant step or transient in the blocks of the whole record. The mean of `rows` is without the transient that is known already.
+/// The most significant step or transient in the blocks of the whole record. The mean of `rows` is without the transient that is known
+/// already.
 fn long_search(rows: Rows<'_>, segments: &[Range<usize>], known: Option<Transient>) -> Option<Strongest> {
     let all: usize = segments.iter().map(ExactSizeIterator::len).sum();
     let length = all / BLOCKS;

@@ -1,14 +1,14 @@
 //! Noise of a sensor at rest by its Allan deviation: from one column of a log to five coefficients, each with its uncertainty or the reason
 //! why this record does not show it.
 //!
-//! Input: a column of a log ([`Request`]). Output: an [`Answer`]. [`time_stamps`] finds gaps, lost rows, bursts and changes of the sampling rate,
-//! [`disturbances`] finds steps and transients by the likelihood of [`block_increments`], [`deviation`] computes the deviations,
+//! Input: a column of a log ([`Request`]). Output: an [`Answer`]. [`time_stamps`] finds gaps, lost rows, bursts and changes of the sampling
+//! rate, [`disturbances`] finds steps and transients by the likelihood of [`block_increments`], [`deviation`] computes the deviations,
 //! [`confidence`] their covariances and confidence intervals, [`noise`] fits the processes. The memory used is that of the column.
 //!
 //! σ²(τ) = 3Q²/τ² + N²/τ + (2 ln 2/π) B² + K²τ/3 + R²τ²/2 (IEEE Std 952, annex C):
 //!
-//! * *Q* quantisation of the angle, *N* angle random walk (white noise of the rate; its one-sided density is √2 N), *B* bias instability (flicker; the
-//!   floor of the curve is 0.664 B), *K* rate random walk, *R* rate ramp;
+//! * *Q* quantisation of the angle, *N* angle random walk (white noise of the rate; its one-sided density is √2 N), *B* bias instability
+//!   (flicker; the floor of the curve is 0.664 B), *K* rate random walk, *R* rate ramp;
 //! * *m* rows are averaged, τ = m τ₀; a *term* is one difference of adjacent averages; T is the duration of all rows.
 //!
 //! Results are in the unit of the column, for rates also in degrees and hours. The curve beyond τ = T/10 is not used.

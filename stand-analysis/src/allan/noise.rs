@@ -1,19 +1,19 @@
 //! Fit of the five noise processes to an Allan deviation.
 //!
-//! Input: overlapping variances at octaves with their averaging factors. Output: squared coefficients with 95 % and 68 % intervals, upper limits for the
-//! processes that are not significant, and whether the five processes explain the curve.
+//! Input: overlapping variances at octaves with their averaging factors. Output: squared coefficients with 95 % and 68 % intervals, upper
+//! limits for the processes that are not significant, and whether the five processes explain the curve.
 //!
-//! Method: maximum likelihood. The cube roots of the variances are normally distributed to a good approximation (Wilson and Hilferty), also with few
-//! degrees of freedom; their correlations are those of [`super::confidence`] under the fitted noise. All five squares are fitted, none negative. The interval of
-//! a coefficient is that of its profile likelihood: all values for which the other processes, refitted, explain the curve nearly as well. So the interval
-//! contains that flicker noise and random walk replace each other in a short record. The upper end of N is the larger one of the fits with and without
-//! quantisation noise, if that is not significant, and that of K of the fits with and without a ramp: an absent process has a positive square in half of the
-//! records, by which its neighbour is too small. A process is shown if the curve without it is less likely by
-//! [`PENALTY`] + ln(points) in −2 ln L (a BIC difference of 6).
+//! Method: maximum likelihood. The cube roots of the variances are normally distributed to a good approximation (Wilson and Hilferty), also
+//! with few degrees of freedom; their correlations are those of [`super::confidence`] under the fitted noise. All five squares are fitted,
+//! none negative. The interval of a coefficient is that of its profile likelihood: all values for which the other processes, refitted,
+//! explain the curve nearly as well. So the interval contains that flicker noise and random walk replace each other in a short record. The
+//! upper end of N is the larger one of the fits with and without quantisation noise, if that is not significant, and that of K of the fits
+//! with and without a ramp: an absent process has a positive square in half of the records, by which its neighbour is too small. A process
+//! is shown if the curve without it is less likely by [`PENALTY`] + ln(points) in −2 ln L (a BIC difference of 6).
 //!
-//! The intervals are conditional on the model: stationary noise of these five processes. Short averages have the smallest uncertainty and deviate first (a
-//! filter in the sensor, one step of its converter). If the five processes do not fit, the shortest averages are left out, which is reported. If no range
-//! fits, the intervals are widened by √(χ²/ν), which is reported as well.
+//! The intervals are conditional on the model: stationary noise of these five processes. Short averages have the smallest uncertainty and
+//! deviate first (a filter in the sensor, one step of its converter). If the five processes do not fit, the shortest averages are left out,
+//! which is reported. If no range fits, the intervals are widened by √(χ²/ν), which is reported as well.
 
 use std::collections::BTreeMap;
 
@@ -236,7 +236,8 @@ impl Likelihood<'_> {
         let needed = (PENALTY + (self.points.len() as f64).ln()) * grow;
         let mut best = *best;
         let mut without = self.each_without(&best);
-        // A restricted maximum can be better than the first, which was a local one. Then other processes are present, and their absence is tested.
+        // A restricted maximum can be better than the first, which was a local one. Then other processes are present, and their absence is
+        // tested.
         for _ in 0..RESTARTS {
             let better = without.iter().flatten().min_by(|a, b| a.minus_2_ln.total_cmp(&b.minus_2_ln));
             let Some(better) = better.filter(|better| better.minus_2_ln < best.minus_2_ln) else { break };
@@ -250,7 +251,8 @@ impl Likelihood<'_> {
                 let [within_68, within_95] = PROBABILITIES.map(|probability| {
                     let limit = grow * chi_squared_quantile(probability, 1.0);
                     let upper = self.upper(&best, p, limit, 0);
-                    // Without the absent neighbour as well: a square of it that is positive by chance takes from this one, and none is negative.
+                    // Without the absent neighbour as well: a square of it that is positive by chance takes from this one, and none is
+                    // negative.
                     let neighbour = ABSENT_NEIGHBOURS.iter().find(|(shown, absent)| *shown == p && !is_shown(*absent));
                     let upper_without = neighbour
                         .and_then(|(_, absent)| without[*absent].as_ref().map(|without| self.upper(without, p, limit, 1 << absent)));
@@ -342,8 +344,8 @@ fn least_squares(columns: &DMatrix<f64>, right: &DVector<f64>, set: u32) -> Opti
     (chi2.is_finite() && squares.iter().all(|s| s.is_finite())).then_some((chi2, squares))
 }
 
-/// Cholesky factor of a covariance matrix; its diagonal is increased by rounding errors at most. A greater increase would change with the squares, and with it the
-/// determinant: the likelihood would have maxima where the matrix is singular.
+/// Cholesky factor of a covariance matrix; its diagonal is increased by rounding errors at most. A greater increase would change with the
+/// squares, and with it the determinant: the likelihood would have maxima where the matrix is singular.
 fn root(covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     [0.0, 1e-9, 1e-6].iter().find_map(|loosen| {
         let mut tried = covariance.clone();

@@ -1,12 +1,13 @@
 //! Sampling interval, gaps and bursts from the time stamps of the rows.
 //!
-//! Input: the times row by row, twice ([`Steps`], then [`Marks`]), so that no column of times is stored. Output: a [`Timing`]: the interval, segments
-//! without a gap, remarks.
+//! Input: the times row by row, twice ([`Steps`], then [`Marks`]), so that no column of times is stored. Output: a [`Timing`]: the
+//! interval, segments without a gap, remarks.
 //!
-//! A step above 1.5 × the median is a gap, unless such steps are frequent. Frequent steps of 2, 3, 4 … intervals are *lost rows*: the rows between them are
-//! averaged as they are, and the interval is that of the ordinary steps, because the noise of a row belongs to it; slow noise has moved over the elapsed time,
-//! which is longer. Otherwise a sensor with a buffer delivers its samples in *bursts*, stamped when they were fetched: its samples are evenly spaced although
-//! the stamps are not. The interval is then the time per row between bursts, and a gap is a permanent delay of the stamps against the row count.
+//! A step above 1.5 × the median is a gap, unless such steps are frequent. Frequent steps of 2, 3, 4 … intervals are *lost rows*: the rows
+//! between them are averaged as they are, and the interval is that of the ordinary steps, because the noise of a row belongs to it; slow
+//! noise has moved over the elapsed time, which is longer. Otherwise a sensor with a buffer delivers its samples in *bursts*, stamped when
+//! they were fetched: its samples are evenly spaced although the stamps are not. The interval is then the time per row between bursts, and
+//! a gap is a permanent delay of the stamps against the row count.
 //!
 //! Where the interval changes for good, the noise of a row changes with it: only the longest stretch of one interval is used.
 

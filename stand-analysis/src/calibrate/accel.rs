@@ -1,18 +1,20 @@
-//! Accelerometer as a rate sensor at a radius (docs/theory.md §4): f_x = −Ω² r cos χ + Ω′ r sin χ, f_y = Ω² r sin χ + Ω′ r cos χ, with scale, bias
-//! and the gravity of a tilted stand.
+//! Accelerometer as a rate sensor at a radius (docs/theory.md §4): f_x = −Ω² r cos χ + Ω′ r sin χ, f_y = Ω² r sin χ + Ω′ r cos χ, with
+//! scale, bias and the gravity of a tilted stand.
 //!
-//! Input: steps with `accel_x_m_s2`, `accel_y_m_s2` and the encoder angle. Output: radius or scale (one radius determines their product only, so one
-//! of them is an assumption; a second radius separates them), the angle χ, the biases, the rate below which the sensor is blind, and the rates
-//! by rate gyro, accelerometer and back-EMF with their weighted combination, compared with the encoder.
+//! Input: steps with `accel_x_m_s2`, `accel_y_m_s2` and the encoder angle. Output: radius or scale (one radius determines their product
+//! only, so one of them is an assumption; a second radius separates them), the angle χ, the biases, the rate below which the sensor is
+//! blind, and the rates by rate gyro, accelerometer and back-EMF with their weighted combination, compared with the encoder.
 //!
-//! Rate Ω and acceleration Ω′ are slope and curvature of a parabola through the encoder angle over [`WINDOW_S`]. Windows in which the platform accelerates
-//! have residuals up to thirty times those at constant rate (the age of the sample and the low-pass of the chip), so the fit is weighted by the scatter of
-//! windows of similar acceleration. Neighbouring residuals are correlated (flicker noise, ripple of the rate), so the uncertainties follow from sums over clusters.
+//! Rate Ω and acceleration Ω′ are slope and curvature of a parabola through the encoder angle over [`WINDOW_S`]. Windows in which the
+//! platform accelerates have residuals up to thirty times those at constant rate (the age of the sample and the low-pass of the chip), so
+//! the fit is weighted by the scatter of windows of similar acceleration. Neighbouring residuals are correlated (flicker noise, ripple of
+//! the rate), so the uncertainties follow from sums over clusters.
 //!
-//! An eccentric encoder shows φ = θ + c cos θ + s sin θ. Rate and acceleration by the encoder then have ripples, and the forces terms φ′² cos φ and φ′² sin φ, which
-//! gravity does not have: its terms do not grow with the rate. Both terms are fitted where the platform turns in both senses at different rates; both senses
-//! cancel the delay of the samples, which makes such a term of the gravity. The angle is corrected by the coefficients found, and the fit repeated with both terms:
-//! the uncertainty of the correction is in that of scale, angle and bias.
+//! An eccentric encoder shows φ = θ + c cos θ + s sin θ. Rate and acceleration by the encoder then have ripples, and the forces terms φ′²
+//! cos φ and φ′² sin φ, which gravity does not have: its terms do not grow with the rate. Both terms are fitted where the platform turns in
+//! both senses at different rates; both senses cancel the delay of the samples, which makes such a term of the gravity. The angle is
+//! corrected by the coefficients found, and the fit repeated with both terms: the uncertainty of the correction is in that of scale, angle
+//! and bias.
 
 use super::crystal;
 use super::plateaus::{Plateau, plateaus};
@@ -128,10 +130,11 @@ struct AtRadius {
 }
 
 impl AtRadius {
-    /// Coefficients of the encoder's error that the fits still see, by both axes, with their standard uncertainties, rad; `None` where the fits do not have them.
+    /// Coefficients of the encoder's error that the fits still see, by both axes, with their standard uncertainties, rad; `None` where the
+    /// fits do not have them.
     ///
-    /// θ′² = φ′² (1 + 2 c sin φ − 2 s cos φ) and θ″ = φ″ + φ′² (c cos φ + s sin φ) to first order give f_x = … + φ′² ((2 s C + c S) cos φ + (s S − 2 c C) sin φ),
-    /// f_y = … + φ′² ((c C − 2 s S) cos φ + (2 c S + s C) sin φ), with C and S = scale × radius × cos χ and sin χ.
+    /// θ′² = φ′² (1 + 2 c sin φ − 2 s cos φ) and θ″ = φ″ + φ′² (c cos φ + s sin φ) to first order give f_x = … + φ′² ((2 s C + c S) cos φ +
+    /// (s S − 2 c C) sin φ), f_y = … + φ′² ((c C − 2 s S) cos φ + (2 c S + s C) sin φ), with C and S = scale × radius × cos χ and sin χ.
     fn encoder(&self) -> Option<[(f64, f64); 2]> {
         if self.x.coefficients.len() <= ENCODER_TERMS[1] {
             return None;
@@ -363,8 +366,8 @@ fn add_blind_rate(near: &AtRadius, product: f64, findings: &mut Findings) {
     findings.remarks.push(Remark::SquareOfRate);
 }
 
-/// Adds the rates of all sensors at the plateaus of one run and their weighted combination. Weights follow from scatter and from the deviation from
-/// the encoder.
+/// Adds the rates of all sensors at the plateaus of one run and their weighted combination. Weights follow from scatter and from the
+/// deviation from the encoder.
 fn compare_rate_readings(steps: &[&Step], product: f64, bias: f64, session: &Session, findings: &mut Findings) {
     let Some((log, found)) = steps
         .iter()
@@ -455,7 +458,8 @@ mod tests {
     use hal_sim::peripherals::Noise;
     use identification::log::{Column, Log};
 
-    /// A platform that accelerates to 20 rad/s by 5 rad/s² and decelerates again, with the forces of docs/theory.md §4 at this radius and angle.
+    /// A platform that accelerates to 20 rad/s by 5 rad/s² and decelerates again, with the forces of docs/theory.md §4 at this radius and
+    /// angle.
     fn step(radius_m: f64, chi_rad: f64) -> Step {
         let t_s: Vec<f64> = (0..8000).map(|k| f64::from(k) * 1e-3).collect();
         let (sin, cos) = chi_rad.sin_cos();

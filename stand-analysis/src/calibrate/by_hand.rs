@@ -1,13 +1,15 @@
-//! A three-axis calibration without a rate table: an inertial unit laid on each of its sides and turned by whole turns about each axis (Ferraris, Grimaldi and
-//! Parvis, Sensors and Materials 7, 1995).
+//! A three-axis calibration without a rate table: an inertial unit laid on each of its sides and turned by whole turns about each axis
+//! (Ferraris, Grimaldi and Parvis, Sensors and Materials 7, 1995).
 //!
-//! Input: logs with `gyro_x_rad_s` … `accel_z_m_s2` (any subset) and a CSV table with the columns `file`, `from`, `to` (s), `turn_x_deg`, `turn_y_deg`,
-//! `turn_z_deg` (angle turned about an axis of the unit between two rests, with its sign; 0 or empty for none) and `up` (the axis that points upwards in a step at
-//! rest: `+x` … `-z`, or the direction in the axes of the unit, `0.5:0.866:0`, for a dividing head). Output: per axis the bias, the scale, the cross-axis terms,
-//! and for an accelerometer the coefficients of the second and, with inclined positions, of the third order.
+//! Input: logs with `gyro_x_rad_s` … `accel_z_m_s2` (any subset) and a CSV table with the columns `file`, `from`, `to` (s), `turn_x_deg`,
+//! `turn_y_deg`, `turn_z_deg` (angle turned about an axis of the unit between two rests, with its sign; 0 or empty for none) and `up` (the
+//! axis that points upwards in a step at rest: `+x` … `-z`, or the direction in the axes of the unit, `0.5:0.866:0`, for a dividing head).
+//! Output: per axis the bias, the scale, the cross-axis terms, and for an accelerometer the coefficients of the second and, with inclined
+//! positions, of the third order.
 //!
-//! Gyro: ∫ωᵢ dt = Σⱼ Mᵢⱼ Δθⱼ + bᵢ T. Accelerometer: fᵢ = bᵢ + Σⱼ Aᵢⱼ gⱼ + K₂ fᵢ² + K₃ fᵢ³ where there are enough positions; at rest the specific force is g upwards (IEEE Std 1293: K₀
-//! is the bias, K₁ the scale, K₂ and K₃ the coefficients of the second and third order). The uncertainties of the angle turned and of the level are those of the user's hand.
+//! Gyro: ∫ωᵢ dt = Σⱼ Mᵢⱼ Δθⱼ + bᵢ T. Accelerometer: fᵢ = bᵢ + Σⱼ Aᵢⱼ gⱼ + K₂ fᵢ² + K₃ fᵢ³ where there are enough positions; at rest the
+//! specific force is g upwards (IEEE Std 1293: K₀ is the bias, K₁ the scale, K₂ and K₃ the coefficients of the second and third order). The
+//! uncertainties of the angle turned and of the level are those of the user's hand.
 
 use super::{Basis, Contribution, Meaning, Quantity};
 use identification::log::{Log, LogError};
@@ -257,7 +259,8 @@ fn accelerometer_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quan
     let noise = |k: usize| Contribution::type_a("noise and repeatability", fit.sigma(k), fit.dof, Basis::Positions { count: used.len() });
     let name = AXES[axis];
     let level_rad = known.level_deg.to_radians();
-    // cos of a tilt uniform within ± level: its mean is corrected to first order in the budget as a one-sided error of half its greatest value.
+    // cos of a tilt uniform within ± level: its mean is corrected to first order in the budget as a one-sided error of half its greatest
+    // value.
     let cosine = Contribution::rectangular(
         "level",
         0.5 * level_rad * level_rad,
@@ -327,8 +330,8 @@ mod tests {
     use super::*;
     use hal_sim::peripherals::Noise;
 
-    /// A tumble in steps of 30° about z on a dividing head, whose angles are off within the stated half-width: bias, scale, K₂ and K₃ of x are covered. Six upright
-    /// positions give no K₃.
+    /// A tumble in steps of 30° about z on a dividing head, whose angles are off within the stated half-width: bias, scale, K₂ and K₃ of x
+    /// are covered. Six upright positions give no K₃.
     #[test]
     fn a_tumble_on_a_dividing_head_gives_the_third_order() {
         let truth = [("accel_x_bias_m_s2", 0.02), ("accel_x_scale", 1.003), ("accel_x_k2_s2_m", 3e-5), ("accel_x_k3_s4_m2", -4e-6)];

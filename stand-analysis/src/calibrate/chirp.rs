@@ -1,7 +1,8 @@
 //! Responses along a chirp: the lock-in of a signal over the platform's rate while the frequency grows exponentially.
 //!
-//! Input: a log with the notes of its chirp, the encoder angle, rad, and the samples of a signal with their age, s. Output: the signal over the rate at the middle of each
-//! piece of the chirp. Frequency and amplitude change during a piece: both signals are fitted by the sweep itself with an amplitude that is linear in time.
+//! Input: a log with the notes of its chirp, the encoder angle, rad, and the samples of a signal with their age, s. Output: the signal over
+//! the rate at the middle of each piece of the chirp. Frequency and amplitude change during a piece: both signals are fitted by the sweep
+//! itself with an amplitude that is linear in time.
 
 use super::lock_in::{Response, mean_rate};
 use identification::log::Log;
@@ -58,9 +59,9 @@ impl Sweep {
         TAU * (self.frequency_Hz(to_s) - self.frequency_Hz(from_s)) / self.rate_1_s
     }
 
-    /// Phasor of the part of a signal that follows the sweep, at the middle of a block, and the derivative of the phasor there, 1/s: Hann-weighted fit of the sweep with an
-    /// amplitude that is linear in time, beside a cubic. A window alone would leave the slow motion and the image at twice the frequency, which a block of few periods
-    /// does not separate.
+    /// Phasor of the part of a signal that follows the sweep, at the middle of a block, and the derivative of the phasor there, 1/s:
+    /// Hann-weighted fit of the sweep with an amplitude that is linear in time, beside a cubic. A window alone would leave the slow motion
+    /// and the image at twice the frequency, which a block of few periods does not separate.
     fn phasor(&self, t_s: &[f64], y: &[f64], [middle_s, half_s]: [f64; 2]) -> Option<[Complex<f64>; 2]> {
         let each = t_s.iter().zip(y).map(|(t, y)| {
             let x = (t - middle_s) / half_s;
@@ -76,8 +77,8 @@ impl Sweep {
     }
 }
 
-/// Response of one piece: phasors of rate and output at the middle of each block, and a regression of the output over the rate whose coefficient is a polynomial in the
-/// logarithm of the frequency; the response is its value at the middle of the piece.
+/// Response of one piece: phasors of rate and output at the middle of each block, and a regression of the output over the rate whose
+/// coefficient is a polynomial in the logarithm of the frequency; the response is its value at the middle of the piece.
 fn piece_response(t_s: &[f64], theta: &[f64], output: &[f64], age: Option<&[f64]>, sweep: &Sweep) -> Option<Response> {
     let (first, last) = (*t_s.first()?, *t_s.last()?);
     let middle_Hz = sweep.frequency_Hz(0.5 * (first + last));
@@ -109,7 +110,8 @@ fn piece_response(t_s: &[f64], theta: &[f64], output: &[f64], age: Option<&[f64]
     let residual: f64 = each.iter().map(|(x, rate, output)| (output - response(*x) * rate).norm_sqr()).sum();
     let all: f64 = each.iter().map(|(_, _, output)| output.norm_sqr()).sum();
     let variance = residual / (2.0 * (blocks - terms) as f64);
-    // The amplitude of the rate changes along the sweep as e^(σt): that is the response at s = σ + jω, to first order H(jω) + σ dH/ds = H(jω) − j σ H′(ω).
+    // The amplitude of the rate changes along the sweep as e^(σt): that is the response at s = σ + jω, to first order H(jω) + σ dH/ds =
+    // H(jω) − j σ H′(ω).
     let mean = each.iter().map(|(x, ..)| x).sum::<f64>() / blocks as f64;
     let spread = each.iter().map(|(x, ..)| (x - mean).powi(2)).sum::<f64>();
     let growth_1_s = sweep.rate_1_s * each.iter().map(|(x, rate, _)| (x - mean) * rate.norm().ln()).sum::<f64>() / spread;

@@ -1,11 +1,12 @@
 //! Frequency of the stand's crystal, by a clock reference with one pulse per second.
 //!
-//! Input: the readings of the stand in the steps of a session ([`ClockReading`]). Output: the mean relative frequency error with its standard uncertainty
-//! ([`MeasuredCrystal`]), logs whose times and commanded rates are those of the reference ([`corrected`]), and the contribution of the clock to a
-//! budget ([`clock`]): the half-width of the crystal, or the measured frequency.
+//! Input: the readings of the stand in the steps of a session ([`ClockReading`]). Output: the mean relative frequency error with its
+//! standard uncertainty ([`MeasuredCrystal`]), logs whose times and commanded rates are those of the reference ([`corrected`]), and the
+//! contribution of the clock to a budget ([`clock`]): the half-width of the crystal, or the measured frequency.
 //!
-//! The budget of the frequency has four parts: jitter of the pulses at the ends of each step, resolution of the timer there, change of the frequency from step to
-//! step (half-width: the greatest deviation of a step from the mean), and the half-width that the session states for the reference.
+//! The budget of the frequency has four parts: jitter of the pulses at the ends of each step, resolution of the timer there, change of the
+//! frequency from step to step (half-width: the greatest deviation of a step from the mean), and the half-width that the session states for
+//! the reference.
 
 use super::{Assumptions, Basis, CalibrateError, Contribution, Remark, Step};
 use identification::log::{Column, Log, LogError, known};
@@ -86,7 +87,8 @@ pub(super) fn remark(measured: &MeasuredCrystal, reference: &ClockReference) -> 
     }
 }
 
-/// Clock of the stand: its relative frequency error is that of all rates and frequencies. `sensitivity`: change of the result per relative error.
+/// Clock of the stand: its relative frequency error is that of all rates and frequencies. `sensitivity`: change of the result per relative
+/// error.
 pub(super) fn clock(assumed: &Assumptions, sensitivity: f64) -> Contribution {
     match assumed.measured_crystal {
         Some(MeasuredCrystal { u, dof, seconds, reference_ppm, .. }) => {
@@ -100,8 +102,8 @@ pub(super) fn clock(assumed: &Assumptions, sensitivity: f64) -> Contribution {
     }
 }
 
-/// The step with the times of the reference: those of its rows and notes, and with them the rates that the stand has set. Rates of a device under test have its own
-/// clock, or none.
+/// The step with the times of the reference: those of its rows and notes, and with them the rates that the stand has set. Rates of a device
+/// under test have its own clock, or none.
 ///
 /// # Errors
 /// The corrected columns make no log.

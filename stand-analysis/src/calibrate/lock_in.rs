@@ -1,7 +1,7 @@
 //! Lock-in: complex response of a column to the rate of the platform at one frequency, with uncertainty and coherence.
 //!
-//! Input: row times, s; encoder angle, rad; samples of the sensor and their age, s. Output: sensor over rate as gain and phase. Angle and sensor are
-//! fitted by a sine over whole periods and a polynomial; the rate is the derivative of the angle, jω θ.
+//! Input: row times, s; encoder angle, rad; samples of the sensor and their age, s. Output: sensor over rate as gain and phase. Angle and
+//! sensor are fitted by a sine over whole periods and a polynomial; the rate is the derivative of the angle, jω θ.
 
 use identification::statistics::least_squares;
 use std::f64::consts::TAU;
@@ -17,8 +17,8 @@ pub struct Response {
     pub im: f64,
     /// Standard uncertainty of each part, by noise.
     pub sigma: f64,
-    /// Standard uncertainty of the time of the samples against that of the angle, constant during the measurement, s: it turns the response and leaves its
-    /// gain.
+    /// Standard uncertainty of the time of the samples against that of the angle, constant during the measurement, s: it turns the response
+    /// and leaves its gain.
     pub timing_s: f64,
     /// Coherence: fraction of the sensor's power at the frequency that correlates with the motion of the platform; the noise is that of
     /// neighbouring frequencies.
@@ -54,8 +54,8 @@ struct Sine {
     explained: f64,
 }
 
-/// Degree of the polynomial fitted with the sine; it takes up spin-up and drift. Degree 4 left an error of 1e-4 of the gain at 5 Hz, and with it of
-/// 1e-3 of the damping.
+/// Degree of the polynomial fitted with the sine; it takes up spin-up and drift. Degree 4 left an error of 1e-4 of the gain at 5 Hz, and
+/// with it of 1e-3 of the damping.
 const POLYNOMIAL_DEGREE: i32 = 8;
 /// Frequencies at which the noise is evaluated, in units of 1/length: outside the main lobe of the window.
 const NOISE_BINS: std::ops::RangeInclusive<i32> = 3..=12;
@@ -107,8 +107,8 @@ pub fn mean_rate(t_s: &[f64], theta: &[f64]) -> f64 {
     sum / total
 }
 
-/// Response at one frequency. `t_s`: row times, s; `age_s`: time from the sensor's sample to the row, s. `None` for less than two periods, and
-/// without motion.
+/// Response at one frequency. `t_s`: row times, s; `age_s`: time from the sensor's sample to the row, s. `None` for less than two periods,
+/// and without motion.
 pub fn lock_in(t_s: &[f64], theta: &[f64], sensor: &[f64], age_s: Option<&[f64]>, frequency_Hz: f64) -> Option<Response> {
     let length_s = t_s.last()? - t_s.first()?;
     let periods = (length_s * frequency_Hz).floor();

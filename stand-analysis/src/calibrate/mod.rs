@@ -1,11 +1,12 @@
 //! Calibration: static and dynamic characteristics of the drive and of sensors on the platform, each with its uncertainty budget.
 //!
-//! Input: the logs of a session's steps ([`Step`]), the mounting in each step ([`Mounting`]), and what no log contains ([`Assumptions`]: crystal,
-//! tilt, latitude). Output: [`Findings`]: quantities with budgets, absent quantities with reasons, curves. Such logs are recorded by
-//! [`stand_acquire::calibration_session`]; [`record`] computes the result from a session's folder, [`archive`] recomputes and compares it.
+//! Input: the logs of a session's steps ([`Step`]), the mounting in each step ([`Mounting`]), and what no log contains ([`Assumptions`]:
+//! crystal, tilt, latitude). Output: [`Findings`]: quantities with budgets, absent quantities with reasons, curves. Such logs are recorded
+//! by [`stand_acquire::calibration_session`]; [`record`] computes the result from a session's folder, [`archive`] recomputes and compares
+//! it.
 //!
-//! Terms: a *plateau* is a stretch of constant setpoint after settling, cut to whole turns where it has any. *Full scale* is the rate to which
-//! percentages refer; by default the greatest rate that was run. The *dut* is the device under test.
+//! Terms: a *plateau* is a stretch of constant setpoint after settling, cut to whole turns where it has any. *Full scale* is the rate to
+//! which percentages refer; by default the greatest rate that was run. The *dut* is the device under test.
 
 pub mod accel;
 pub mod by_hand;

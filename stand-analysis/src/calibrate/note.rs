@@ -1,5 +1,5 @@
-//! Explanations of the numbers of a calibration, as data: how a contribution was evaluated ([`Basis`]), what a quantity means ([`Meaning`]), why
-//! a quantity is absent ([`AbsenceReason`]), remarks on the whole ([`Remark`]). `report` words them.
+//! Explanations of the numbers of a calibration, as data: how a contribution was evaluated ([`Basis`]), what a quantity means
+//! ([`Meaning`]), why a quantity is absent ([`AbsenceReason`]), remarks on the whole ([`Remark`]). `report` words them.
 
 use super::response::Structure;
 use serde::Serialize;

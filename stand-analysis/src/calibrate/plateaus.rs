@@ -10,8 +10,8 @@ use std::ops::Range;
 
 /// Shortest plateau after settling, s.
 const MIN_DURATION_S: f64 = 0.2;
-/// Greatest number of rows by which a plateau is shifted. The mean over all shifts, each over the same whole turns, reduces the quantisation of the
-/// encoder by the square root of their number.
+/// Greatest number of rows by which a plateau is shifted. The mean over all shifts, each over the same whole turns, reduces the
+/// quantisation of the encoder by the square root of their number.
 const MAX_SHIFTS: usize = 200;
 /// Rows of a plateau per shift.
 const ROWS_PER_SHIFT: usize = 10;

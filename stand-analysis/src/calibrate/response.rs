@@ -1,8 +1,8 @@
 //! Transfer function fitted to measured responses: scale, lags, and a transport delay separate from them.
 //!
-//! H(jω) = s e^(−jωτ) · 1/(1 + jω/ω₁) · 1/(1 + 2ζ jω/ω₀ − ω²/ω₀²); the BIC decides which lags are present. A known first-order low-pass, such as the
-//! one inside a chip, is a fixed factor: such responses do not separate two or three neighbouring lags from a delay. A bandwidth beyond three times
-//! the highest measured frequency is not reported.
+//! H(jω) = s e^(−jωτ) · 1/(1 + jω/ω₁) · 1/(1 + 2ζ jω/ω₀ − ω²/ω₀²); the BIC decides which lags are present. A known first-order low-pass,
+//! such as the one inside a chip, is a fixed factor: such responses do not separate two or three neighbouring lags from a delay. A
+//! bandwidth beyond three times the highest measured frequency is not reported.
 
 use super::lock_in::Response;
 use identification::statistics::Extremes;
@@ -101,7 +101,8 @@ impl Transfer {
         Some((zeta, zeta * self.covariance[(at, at)].max(0.0).sqrt()))
     }
 
-    /// −3 dB frequency (gain 1/√2 of the scale), Hz, and its standard uncertainty; `None` beyond three times the highest measured frequency.
+    /// −3 dB frequency (gain 1/√2 of the scale), Hz, and its standard uncertainty; `None` beyond three times the highest measured
+    /// frequency.
     pub fn bandwidth_Hz(&self) -> Option<(f64, f64)> {
         let found = bandwidth(self.form, &self.parameters, 3.0 * self.highest_Hz)?;
         let sigma = self.sigma_of(|p| bandwidth(self.form, p, 10.0 * self.highest_Hz).unwrap_or(found));
@@ -328,7 +329,8 @@ mod tests {
         assert!((zeta - 0.6).abs() < 4.0 * u && u < 3e-3, "{zeta} {u}");
     }
 
-    /// In each response the samples are late by another part of a time stamp of 25 µs: the scatter is what the uncertainties predict, and the damping is covered.
+    /// In each response the samples are late by another part of a time stamp of 25 µs: the scatter is what the uncertainties predict, and
+    /// the damping is covered.
     #[test]
     fn times_of_the_samples_are_covered() {
         let truth = |f: f64| {

@@ -1,8 +1,9 @@
 //! The calibrated output of a device as a function of its input, with the uncertainty along the curve.
 //!
-//! Input: coefficients of a polynomial y(x) = Σ aₖ xᵏ, and contributions whose effect on y is a polynomial in x. Output: y ± U at an input, and the input
-//! ± U that belongs to an output. The coefficients are correlated: their joint contribution has one polynomial per independent factor of the fit, so
-//! that U(y) along the curve is right where the uncertainties of scale and bias alone would be too large or too small. Limits: within the full scale.
+//! Input: coefficients of a polynomial y(x) = Σ aₖ xᵏ, and contributions whose effect on y is a polynomial in x. Output: y ± U at an input,
+//! and the input ± U that belongs to an output. The coefficients are correlated: their joint contribution has one polynomial per
+//! independent factor of the fit, so that U(y) along the curve is right where the uncertainties of scale and bias alone would be too large
+//! or too small. Limits: within the full scale.
 
 use super::{Basis, Contribution};
 use identification::statistics::uncertainty::{self, Evaluation, TemperatureRange};

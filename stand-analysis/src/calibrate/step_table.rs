@@ -1,8 +1,9 @@
 //! A session that another program recorded: logs without a journal, with a table of steps.
 //!
-//! Input: a CSV table with the columns `file`, `from`, `to` (s, in the time of the log), `rate_rad_s` or `rate_deg_s` (of the reference, for instance a rate
-//! table) and, optionally, `temperature_C`; the logs beside it. Output: [`Step`]s whose logs have only the rows of the table, with the stated rate as
-//! setpoint and its integral as angle. Limits: the reference is as good as stated; its relative error is `crystal_ppm` of the assumptions.
+//! Input: a CSV table with the columns `file`, `from`, `to` (s, in the time of the log), `rate_rad_s` or `rate_deg_s` (of the reference,
+//! for instance a rate table) and, optionally, `temperature_C`; the logs beside it. Output: [`Step`]s whose logs have only the rows of the
+//! table, with the stated rate as setpoint and its integral as angle. Limits: the reference is as good as stated; its relative error is
+//! `crystal_ppm` of the assumptions.
 
 use super::{Mounting, Step};
 use identification::log::{Column, Log, LogError};

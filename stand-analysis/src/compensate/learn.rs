@@ -1,9 +1,10 @@
 //! Compensation from a fitted model.
 //!
-//! Friction is used unchanged. Angle-dependent torques (cogging, unbalance, repeated or not) become harmonics; those of equal harmonic order
-//! are added. The card of an effect states its rule ([`drive_model::Compensation`]). Their phases refer to the zero of the log's angle, so a log whose angle zero is not the index is refused.
-//! The firmware converts torque to voltage with its own R/K; the model's torques are scaled so that the voltage equals the model's. Other torques
-//! (for example a ripple proportional to the current) are not compensated and are listed.
+//! Friction is used unchanged. Angle-dependent torques (cogging, unbalance, repeated or not) become harmonics; those of equal harmonic
+//! order are added. The card of an effect states its rule ([`drive_model::Compensation`]). Their phases refer to the zero of the log's
+//! angle, so a log whose angle zero is not the index is refused. The firmware converts torque to voltage with its own R/K; the model's
+//! torques are scaled so that the voltage equals the model's. Other torques (for example a ripple proportional to the current) are not
+//! compensated and are listed.
 
 use std::f64::consts::TAU;
 

@@ -1,8 +1,8 @@
 //! Compensation of identified torques: a fitted model, or the stand's own calibration, becomes the firmware's feed-forward table.
 //!
 //! Input: a model and the log it was fitted to ([`learn`]), or the result of a calibration. Output: the stand file with the compensation
-//! ([`file`]) or the commands of a stand at a port ([`serial_stand`]). Each compensation with harmonics is tried, and withdrawn if it makes the ripple larger:
-//! by the *true* rate of the simulated stand ([`ripple`]), by the measured angle of a stand at a port ([`trial`]).
+//! ([`file`]) or the commands of a stand at a port ([`serial_stand`]). Each compensation with harmonics is tried, and withdrawn if it makes
+//! the ripple larger: by the *true* rate of the simulated stand ([`ripple`]), by the measured angle of a stand at a port ([`trial`]).
 
 pub mod file;
 pub mod learn;

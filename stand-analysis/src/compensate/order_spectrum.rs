@@ -6,8 +6,9 @@ use identification::statistics::robust::median;
 
 /// Orders on each side whose median amplitude is the noise floor of an order.
 const NEIGHBOURS: u16 = 8;
-/// Growth, in noise floors, that noise alone exceeds once in a thousand comparisons. Noise with the standard deviation σ in each quadrature has the
-/// median amplitude √(2 ln 2) σ (Rayleigh); the difference of two amplitudes scatters by √2 σ, and 3.09 of these is its one-sided limit of 0.1 %.
+/// Growth, in noise floors, that noise alone exceeds once in a thousand comparisons. Noise with the standard deviation σ in each quadrature
+/// has the median amplitude √(2 ln 2) σ (Rayleigh); the difference of two amplitudes scatters by √2 σ, and 3.09 of these is its one-sided
+/// limit of 0.1 %.
 const GROWTH_FLOORS: f64 = 3.09 * std::f64::consts::SQRT_2 / 1.177_41;
 
 /// Amplitudes of the harmonic orders 1, 2, … of a rate over whole turns, rad/s.
@@ -44,7 +45,8 @@ impl OrderSpectrum {
         Self { amplitudes_rad_s: sums.into_iter().map(|[re, im]| 2.0 * re.hypot(im) / weights).collect() }
     }
 
-    /// The spectrum of the rate whose integral has the amplitudes of `self`, at the mean rate `rate_rad_s`: order n of an angle, rad, times n · rate.
+    /// The spectrum of the rate whose integral has the amplitudes of `self`, at the mean rate `rate_rad_s`: order n of an angle, rad, times
+    /// n · rate.
     #[must_use]
     pub fn of_angle_to_rate(mut self, rate_rad_s: f64) -> Self {
         let orders = (1..).map(|order: u16| f64::from(order));
@@ -68,8 +70,8 @@ impl OrderSpectrum {
         median(neighbours.filter(|n| *n != order && !orders.contains(n)).map(|n| self.amplitude(n))).unwrap_or(0.0)
     }
 
-    /// The orders that are larger in `self` than in `before`, if the compensation of `orders` has made the ripple larger: the root sum of squares of these
-    /// orders has grown by more than noise explains.
+    /// The orders that are larger in `self` than in `before`, if the compensation of `orders` has made the ripple larger: the root sum of
+    /// squares of these orders has grown by more than noise explains.
     pub fn grown_from(&self, before: &OrderSpectrum, orders: &[u16]) -> Option<Vec<OrderChange>> {
         let total = |spectrum: &Self| orders.iter().map(|order| spectrum.amplitude(*order).powi(2)).sum::<f64>().sqrt();
         let floor = |order: u16| self.floor(order, orders).max(before.floor(order, orders));

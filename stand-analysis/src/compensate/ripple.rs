@@ -1,7 +1,7 @@
 //! Ripple of the *true* rate of the simulated stand.
 //!
-//! Input: a stand, a rate. Output: the amplitude of each harmonic order in the plant's rate over whole turns, and the standard deviation of the
-//! mean rates over one degree. Neither encoder nor rate sensor is used. The platform starts a little before its index, so that the
+//! Input: a stand, a rate. Output: the amplitude of each harmonic order in the plant's rate over whole turns, and the standard deviation of
+//! the mean rates over one degree. Neither encoder nor rate sensor is used. The platform starts a little before its index, so that the
 //! firmware detects the index; the evaluation begins when the loop has settled and the harmonics are active.
 
 use std::f64::consts::{PI, TAU};

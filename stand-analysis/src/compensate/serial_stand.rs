@@ -1,8 +1,8 @@
 //! Compensation of a stand behind a connection, by console commands that the stand checks.
 //!
 //! The settings of the stand are read first, because its firmware converts torque to voltage with them. Harmonics have phases from the
-//! index, so a stand that has not seen its index is rejected. The platform turns before and after the change ([`super::trial`]). If the ripple is larger
-//! after, if the stand rejects a command, or if the second run fails, the previous compensation is restored.
+//! index, so a stand that has not seen its index is rejected. The platform turns before and after the change ([`super::trial`]). If the
+//! ripple is larger after, if the stand rejects a command, or if the second run fails, the previous compensation is restored.
 
 use stand_firmware::compensation::Compensation;
 use stand_firmware::config::ConfigError;
@@ -178,7 +178,8 @@ async fn ripple(stand: &mut impl StandConnection, settings: &Settings, writing: 
     measured_ripple(stand, rate_rad_s, settings.acceleration_rad_s2, writing.goes_on).await
 }
 
-/// Compares with the ripple before, restores the previous compensation if it was smaller, saves to flash on request, and reads what is in force.
+/// Compares with the ripple before, restores the previous compensation if it was smaller, saves to flash on request, and reads what is in
+/// force.
 async fn finish(
     stand: &mut impl StandConnection,
     before: &Settings,

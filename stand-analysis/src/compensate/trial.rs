@@ -83,7 +83,8 @@ fn settle_s(rate_rad_s: f64, acceleration_rad_s2: f64) -> f64 {
     SETTLE_S + rate_rad_s / acceleration_rad_s2
 }
 
-/// The ripple of the stand at a constant rate, by its encoder. The platform is at rest before and coasts after. `goes_on` returns false to interrupt the run.
+/// The ripple of the stand at a constant rate, by its encoder. The platform is at rest before and coasts after. `goes_on` returns false to
+/// interrupt the run.
 ///
 /// # Errors
 /// The connection fails, a fault switches the drive off, or the platform does not turn.

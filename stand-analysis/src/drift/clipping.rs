@@ -1,10 +1,10 @@
 //! Clipped cycles: the angle does not follow the current of the torquer.
 //!
-//! Input: the angles of a cycle and the currents between them. Output: a [`Clipping`], or `None`. Between the pulses' edges the angle is a + b t + g ∫i dt
-//! with the torquer's gain g = K_m/H. Two tests: g over the whole cycle against the known K_m/H (the reference against the unswitched integral), and the slope
-//! of the angle over ∫i dt in a window at an end of its range against the windows of the other half of the swing, whose scatter gives the noise of a slope
-//! (Student's t, both flanks together). A sensor at the end of its range shows a flat top: a top of the height f of the swing changes the drift by f² of
-//! itself, and f from 2 % on is found where the noise permits.
+//! Input: the angles of a cycle and the currents between them. Output: a [`Clipping`], or `None`. Between the pulses' edges the angle is a
+//! + b t + g ∫i dt with the torquer's gain g = K_m/H. Two tests: g over the whole cycle against the known K_m/H (the reference against the
+//! unswitched integral), and the slope of the angle over ∫i dt in a window at an end of its range against the windows of the other half of
+//! the swing, whose scatter gives the noise of a slope (Student's t, both flanks together). A sensor at the end of its range shows a flat
+//! top: a top of the height f of the swing changes the drift by f² of itself, and f from 2 % on is found where the noise permits.
 //!
 //! Limits: an error of the gains below 10 % is not clipping; a range that ends below half of the swing is found by the first test only.
 
@@ -46,7 +46,8 @@ struct Points {
     swing: Vec<f64>,
 }
 
-/// Tests a cycle of 2 N + 1 angles, rad, and the 2 N mean currents between them, A; `pulse_s` is the duration of N samples, `torquer_rad_s_A` is K_m/H.
+/// Tests a cycle of 2 N + 1 angles, rad, and the 2 N mean currents between them, A; `pulse_s` is the duration of N samples,
+/// `torquer_rad_s_A` is K_m/H.
 pub fn clipping(angles_rad: &[f64], currents_A: &[f64], pulse_s: f64, torquer_rad_s_A: Option<f64>) -> Option<Clipping> {
     let n = currents_A.len() / 2;
     if n < 8 || angles_rad.len() != 2 * n + 1 || currents_A.len() != 2 * n {

@@ -1,7 +1,8 @@
 //! Cycles from logs: columns `angle_sensor_V` and `torquer_A` for one axis, `angle_sensor_x_V`, `torquer_x_A` and so on for three.
 //!
-//! Options, or else notes of the log, give the scales: `angle_gain_V_rad` (K_k), `torquer_gain_rad_s_A` (K_m/H), `pulse_s` (T), `angle_limit_V`,
-//! `latitude_deg`. The columns or notes `turned_deg`, `raised_deg`, `rolled_deg` give the position. Several logs form one measurement.
+//! Options, or else notes of the log, give the scales: `angle_gain_V_rad` (K_k), `torquer_gain_rad_s_A` (K_m/H), `pulse_s` (T),
+//! `angle_limit_V`, `latitude_deg`. The columns or notes `turned_deg`, `raised_deg`, `rolled_deg` give the position. Several logs form one
+//! measurement.
 
 use super::clipping::clipping;
 use super::cycle::{Cycle, CycleDefect};

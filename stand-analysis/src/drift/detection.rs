@@ -15,8 +15,8 @@ pub struct DetectedCycle {
     pub is_cut: bool,
 }
 
-/// Cycles by the column `drift_mark`: four times the number of the cycle, plus 1 in the first and 2 in the second pulse (firmware, `Commutator::mark`). The
-/// sign follows from `current`.
+/// Cycles by the column `drift_mark`: four times the number of the cycle, plus 1 in the first and 2 in the second pulse (firmware,
+/// `Commutator::mark`). The sign follows from `current`.
 pub fn cycles_by_mark(mark: &[f64], current: &[f64], samples: usize) -> Vec<DetectedCycle> {
     let mut found = Vec::new();
     let mut k = 0;

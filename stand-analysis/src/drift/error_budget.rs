@@ -1,8 +1,8 @@
 //! Uncertainty budgets of a drift measurement: scatter and movement of the cycles, turn, level, gains, latitude, asymmetry of the torquer
 //! (docs/theory.md §3).
 //!
-//! Input: the fit of an axis and the uncertainties of the setup. Output: an [`AxisBudget`]: own drift, apparent drift and azimuth as quantities with their
-//! contributions, rad/s and rad.
+//! Input: the fit of an axis and the uncertainties of the setup. Output: an [`AxisBudget`]: own drift, apparent drift and azimuth as
+//! quantities with their contributions, rad/s and rad.
 
 use super::latitude::EarthRate;
 use super::measurement::{Measurement, SeparatedDrift};
@@ -145,7 +145,8 @@ impl Measurement {
         ]
     }
 
-    /// Turn, level, gain and latitude of an axis of three: the azimuth is an arctangent, and the apparent drift follows from it and the latitude.
+    /// Turn, level, gain and latitude of an axis of three: the azimuth is an arctangent, and the apparent drift follows from it and the
+    /// latitude.
     pub(super) fn three_axis_setup(&self, axis: usize, earth: &EarthRate, found: &SeparatedDrift) -> [(ErrorSource, [f64; 3]); 4] {
         let (horizontal, vertical) = (earth.horizontal_rad_s, earth.vertical_rad_s);
         let relative = |axis: usize| (found.apparent_rad_s[axis].value / horizontal).abs();

@@ -45,7 +45,8 @@ impl Measurement {
     /// Evaluates the measurement.
     ///
     /// # Errors
-    /// No valid cycle, one position only, positions that do not separate the parameters, a latitude that the measured Earth rate contradicts.
+    /// No valid cycle, one position only, positions that do not separate the parameters, a latitude that the measured Earth rate
+    /// contradicts.
     pub fn evaluate(self) -> Result<DriftResult, DriftError> {
         self.evaluate_until(Deadline::NEVER)
     }
@@ -322,8 +323,8 @@ fn mean_amplitude_rad_s(cycles: &[&Cycle], about_rad_s: f64) -> f64 {
     if count > 0.0 { sum / count } else { about_rad_s }
 }
 
-/// Inequality of the pulses for each axis; for all axes, or for none: relative excess ε of a negative pulse. Relative to the mean of both pulses the even part
-/// is −q = −ε/(2 + ε).
+/// Inequality of the pulses for each axis; for all axes, or for none: relative excess ε of a negative pulse. Relative to the mean of both
+/// pulses the even part is −q = −ε/(2 + ε).
 fn inequality(fits: &[&SessionFit], measurement: &Measurement) -> Vec<Estimate> {
     let amplitude = |axis: usize| {
         let cycles: Vec<_> = measurement.valid_cycles().into_iter().filter(|cycle| cycle.axis == axis).collect();
@@ -351,8 +352,8 @@ fn movement(fit: &SessionFit) -> Movement {
     }
 }
 
-/// Uncertainty of an azimuth that follows from its cosine, and of the turn: near 0° and 180° the linear part does not describe the interval of the cosine.
-/// `linear` is that of the budget: the uncertainty of the cosine over the sine, and that of the turn.
+/// Uncertainty of an azimuth that follows from its cosine, and of the turn: near 0° and 180° the linear part does not describe the interval
+/// of the cosine. `linear` is that of the budget: the uncertainty of the cosine over the sine, and that of the turn.
 fn of_cosine(azimuth_rad: f64, cosine: f64, turn_rad: f64, linear: Uncertainty) -> Uncertainty {
     let of_cosine = linear.k * (linear.u * linear.u - turn_rad * turn_rad).max(0.0).sqrt() * azimuth_rad.sin().abs().max(MIN_AZIMUTH_SINE);
     let reach = |cosine: f64| (cosine.clamp(-1.0, 1.0).acos() - azimuth_rad).abs();

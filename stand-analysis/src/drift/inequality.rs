@@ -1,8 +1,8 @@
 //! Inequality of positive and negative pulses by two amplitudes: it is proportional to the amplitude, the drift is not.
 //!
-//! A torquer that is stronger in one direction adds −ε w/2 to formula (13), equally for + − and − + (docs/theory.md §3.2). The measured current
-//! corrects an unequal current, but not an unequal torquer gain. [`super::session_fit`] fits the part that is proportional to the amplitude w beside the
-//! drift, one for all positions, so that the azimuth is not affected.
+//! A torquer that is stronger in one direction adds −ε w/2 to formula (13), equally for + − and − + (docs/theory.md §3.2). The measured
+//! current corrects an unequal current, but not an unequal torquer gain. [`super::session_fit`] fits the part that is proportional to the
+//! amplitude w beside the drift, one for all positions, so that the azimuth is not affected.
 
 use super::error::DriftError;
 

@@ -54,8 +54,8 @@ impl Integral {
     }
 }
 
-/// Inequality of the pulses, rad/s: ∫ W w du over a cycle with the measured rate w in each interval, W = u/T² in the first and (2T − u)/T² in the second
-/// pulse.
+/// Inequality of the pulses, rad/s: ∫ W w du over a cycle with the measured rate w in each interval, W = u/T² in the first and (2T − u)/T²
+/// in the second pulse.
 pub fn residual_rad_s(rates_rad_s: &[f64]) -> f64 {
     let n = rates_rad_s.len() / 2;
     let weighted: f64 = rates_rad_s.iter().enumerate().map(|(k, rate)| (2 * k.min(2 * n - 1 - k) + 1) as f64 * rate).sum();
@@ -67,8 +67,8 @@ pub fn reference_rad_s(plus: &Integral, minus: &Integral) -> f64 {
     (plus.sum_rad_s - minus.sum_rad_s) / (2.0 * plus.pulse_s * plus.pulse_s)
 }
 
-/// Magnitude of the pulses by the 2 N + 1 angles of a cycle, rad/s: that of the rectangular pulses whose triangular angle fits best. Independent of drift and
-/// initial angle.
+/// Magnitude of the pulses by the 2 N + 1 angles of a cycle, rad/s: that of the rectangular pulses whose triangular angle fits best.
+/// Independent of drift and initial angle.
 pub fn amplitude_rad_s(angles_rad: &[f64], pulse_s: f64) -> f64 {
     let n = angles_rad.len() / 2;
     let middle = n as f64 * n as f64 / (2 * n + 1) as f64;

@@ -1,13 +1,14 @@
-//! The pulse method with a rate gyro on the turning platform (docs/theory.md §3): the platform turns at +w for T and at −w for T, and the integral of the
-//! rate gyro is switched.
+//! The pulse method with a rate gyro on the turning platform (docs/theory.md §3): the platform turns at +w for T and at −w for T, and the
+//! integral of the rate gyro is switched.
 //!
-//! bias = −I/T² and scale = (S/T² − 2 bias)/w for pulses without ramps. Ramps of a real platform are corrected by the rate of its encoder, weighted as the
-//! current of a torquer: ∫ W Ω du and ∫∫ Ω. A *cycle* extends by T to both sides of a reversal; reversals alternate in sign. A lag of the gyro adds
-//! ± 2 s w lag/T to the bias of a cycle, with the sign of its first pulse: cycles of both signs are averaged by [`SessionFit`], which also gives the lag, and
-//! accounts for a bias that moves. Adjacent cycles share a pulse: for white noise their correlation is ¼, which increases the standard uncertainty by √1.5.
+//! bias = −I/T² and scale = (S/T² − 2 bias)/w for pulses without ramps. Ramps of a real platform are corrected by the rate of its encoder,
+//! weighted as the current of a torquer: ∫ W Ω du and ∫∫ Ω. A *cycle* extends by T to both sides of a reversal; reversals alternate in
+//! sign. A lag of the gyro adds ± 2 s w lag/T to the bias of a cycle, with the sign of its first pulse: cycles of both signs are averaged
+//! by [`SessionFit`], which also gives the lag, and accounts for a bias that moves. Adjacent cycles share a pulse: for white noise their
+//! correlation is ¼, which increases the standard uncertainty by √1.5.
 //!
-//! The bias is the zero of the line through both rates ± w. An asymmetry of the scale changes it by half of the asymmetry times w; amplitudes that differ
-//! by a fifth separate it. Without a latitude the bias contains the Earth rate along the axis.
+//! The bias is the zero of the line through both rates ± w. An asymmetry of the scale changes it by half of the asymmetry times w;
+//! amplitudes that differ by a fifth separate it. Without a latitude the bias contains the Earth rate along the axis.
 
 use super::cycle::CycleDefect;
 use super::error::{DriftError, NoCycleReason, within};
@@ -107,7 +108,8 @@ pub struct PlatformSettings {
     pub latitude_deg: Option<f64>,
 }
 
-/// Evaluates a cycle: 2 N + 1 rates of the gyro, rad/s, and angles of the platform, rad; rates are interpolated linearly. `None` for other lengths.
+/// Evaluates a cycle: 2 N + 1 rates of the gyro, rad/s, and angles of the platform, rad; rates are interpolated linearly. `None` for other
+/// lengths.
 pub fn cycle(start_s: f64, gyro_rad_s: &[f64], theta_rad: &[f64], pulse_s: f64) -> Option<PlatformCycle> {
     let n = gyro_rad_s.len().checked_sub(1)? / 2;
     let dt_s = pulse_s / n as f64;

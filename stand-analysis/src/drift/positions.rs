@@ -1,9 +1,9 @@
 //! Positions of a single-axis gyroscope: own drift, g-dependent drift, and the Earth's rotation.
 //!
-//! In a position turned by ψ, with the sensitive axis raised by ε and rolled by ρ about it (spin axis up at ρ = 0, output axis at 90°):
-//! Ω + ω_v sin ε = d₀ + d_I sin ε + d_O cos ε sin ρ + d_S cos ε cos ρ − (C cos ψ − S sin ψ) cos ε, with C = ω_h cos A and S = ω_h sin A. Parameters
-//! that the positions do not separate are not fitted: without a roll d_S is part of d₀; two positions 180° apart do not show S, and A follows from C
-//! and the latitude.
+//! In a position turned by ψ, with the sensitive axis raised by ε and rolled by ρ about it (spin axis up at ρ = 0, output axis at 90°): Ω +
+//! ω_v sin ε = d₀ + d_I sin ε + d_O cos ε sin ρ + d_S cos ε cos ρ − (C cos ψ − S sin ψ) cos ε, with C = ω_h cos A and S = ω_h sin A.
+//! Parameters that the positions do not separate are not fitted: without a roll d_S is part of d₀; two positions 180° apart do not show S,
+//! and A follows from C and the latitude.
 
 use super::error::{DriftError, PositionParameter};
 use hal_sim::gyro::Orientation;

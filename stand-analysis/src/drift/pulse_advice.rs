@@ -1,7 +1,8 @@
 //! Advice on the pulse duration, from a log of the angle sensor without pulses.
 //!
-//! The method weights the rate with a triangle over 2 T, whose response to a vibration of frequency f is sinc²(f T): zero for multiples of its period. The
-//! advice is the multiple of the period of the strongest spectral line, near the wanted duration, for which the error by all lines is smallest.
+//! The method weights the rate with a triangle over 2 T, whose response to a vibration of frequency f is sinc²(f T): zero for multiples of
+//! its period. The advice is the multiple of the period of the strongest spectral line, near the wanted duration, for which the error by
+//! all lines is smallest.
 
 use super::error::{DriftError, within};
 use identification::log::Log;
@@ -75,7 +76,8 @@ pub fn advise(log: &Log, gain_V_rad: Option<f64>, wanted_s: f64) -> Result<Pulse
     let step_Hz = 1.0 / (angles.len() as f64 * dt_s);
     let median = median(amplitudes.iter().skip(2).map(|a| a * a)).unwrap_or(0.0);
     let lines = lines(&amplitudes, median, step_Hz);
-    // The median of |a|² of white noise is ln 2 of its mean; the Hann window has a noise bandwidth of 1.5 bins, and the variance is half the sum of a².
+    // The median of |a|² of white noise is ln 2 of its mean; the Hann window has a noise bandwidth of 1.5 bins, and the variance is half
+    // the sum of a².
     let white_rad = (median / std::f64::consts::LN_2 * amplitudes.len() as f64 / 2.0 / 1.5).sqrt();
     let (pulse_s, period_s, periods) = match lines.first() {
         None => (wanted_s, 0.0, 0),
@@ -93,7 +95,8 @@ pub fn advise(log: &Log, gain_V_rad: Option<f64>, wanted_s: f64) -> Result<Pulse
     })
 }
 
-/// The multiple of the strongest line's period, from 0.7 to 1.4 of the wanted duration, with the smallest error. Returns T, s, the period, s, and their ratio.
+/// The multiple of the strongest line's period, from 0.7 to 1.4 of the wanted duration, with the smallest error. Returns T, s, the period,
+/// s, and their ratio.
 fn best(strongest: &SpectralLine, lines: &[SpectralLine], wanted_s: f64) -> (f64, f64, u32) {
     let period_s = 1.0 / strongest.frequency_Hz;
     let fewest = (0.7 * wanted_s / period_s).ceil().max(1.0) as u32;

@@ -1,5 +1,5 @@
-//! Own and apparent drift from two positions 180° apart (docs/theory.md §3): one axis by formulas (15) and (16), three axes with the correction for the
-//! rotation of the platform during a cycle.
+//! Own and apparent drift from two positions 180° apart (docs/theory.md §3): one axis by formulas (15) and (16), three axes with the
+//! correction for the rotation of the platform during a cycle.
 
 use hal_sim::gyro::attitude::{Vector, cross, each};
 
@@ -23,14 +23,14 @@ pub struct PlatformDrift {
     pub azimuth_rad: f64,
 }
 
-/// Own drift and azimuth by the uncorrected rates of three axes in both positions: (15) and (16) for each axis. The turn separates nothing about the
-/// vertical, where ω_v follows from the latitude.
+/// Own drift and azimuth by the uncorrected rates of three axes in both positions: (15) and (16) for each axis. The turn separates nothing
+/// about the vertical, where ω_v follows from the latitude.
 pub fn three_uncorrected(rates_rad_s: &[Vector; 2], vertical_rad_s: f64) -> PlatformDrift {
     from_rates(rates_rad_s, vertical_rad_s)
 }
 
-/// Own drift and azimuth with the rates referred to the beginning of the cycles: by their middle the platform has turned by T ω (gimbal sequence X–Z–Y,
-/// docs/theory.md §3.3).
+/// Own drift and azimuth with the rates referred to the beginning of the cycles: by their middle the platform has turned by T ω (gimbal
+/// sequence X–Z–Y, docs/theory.md §3.3).
 pub fn three(rates_rad_s: &[Vector; 2], vertical_rad_s: f64, pulse_s: f64) -> PlatformDrift {
     // From gimbal angles to rates about the platform axes.
     let body = rates_rad_s.map(|[x, y, z]| [x - pulse_s * z * y, y - pulse_s * x * z, z + pulse_s * x * y]);

@@ -1,23 +1,26 @@
 //! Least squares over the cycles of a session whose drift moves.
 //!
-//! Input: the drift rate of each cycle with its time, its visit (an uninterrupted stay in one position) and the regressors of its position. Output:
-//! estimates of linear combinations of the position's parameters, the trend, the inequality of the pulses, the scatter between visits.
+//! Input: the drift rate of each cycle with its time, its visit (an uninterrupted stay in one position) and the regressors of its position.
+//! Output: estimates of linear combinations of the position's parameters, the trend, the inequality of the pulses, the scatter between
+//! visits.
 //!
-//! Model of the rate of cycle i: x_i β + odd s_i w_i + even w_i + r (t_i − t̄) + walk(t_i) + white scatter. *odd* holds what changes its sign with
-//! the sequence (lag of the torquer), *even* what does not (unequal pulses; only with two amplitudes w), r is the trend. The random walk has a mean of zero
-//! over the session: the own drift is the mean over the cycles, and its own movement is no error of it.
+//! Model of the rate of cycle i: x_i β + odd s_i w_i + even w_i + r (t_i − t̄) + walk(t_i) + white scatter. *odd* holds what changes its
+//! sign with the sequence (lag of the torquer), *even* what does not (unequal pulses; only with two amplitudes w), r is the trend. The
+//! random walk has a mean of zero over the session: the own drift is the mean over the cycles, and its own movement is no error of it.
 //!
-//! Two ratios of variances to that of the white scatter are not known: λ of the walk per cycle, and μ of an offset common to a visit (the gyro was turned
-//! and levelled again). The result is averaged over both: for each pair of a grid the estimates are Student's with n − p degrees of freedom; the weight is
-//! the restricted likelihood times λ^¼, times 10 for λ = 0, and times 10 for μ = 0. The weights were chosen by simulation: steady drift, random walk, ramp and
-//! flicker noise are covered with 4 and with 10 cycles in each position (docs/metrology-coverage.md).
+//! Two ratios of variances to that of the white scatter are not known: λ of the walk per cycle, and μ of an offset common to a visit (the
+//! gyro was turned and levelled again). The result is averaged over both: for each pair of a grid the estimates are Student's with n − p
+//! degrees of freedom; the weight is the restricted likelihood times λ^¼, times 10 for λ = 0, and times 10 for μ = 0. The weights were
+//! chosen by simulation: steady drift, random walk, ramp and flicker noise are covered with 4 and with 10 cycles in each position
+//! (docs/metrology-coverage.md).
 //!
-//! A walk and a trend explain offsets of few visits nearly as well as the offsets themselves, and the walk is no error of the own drift. The likelihood does
-//! not decide between them, so the interval is never smaller than that of the offsets alone: variance between the visits by the mean square of their k
-//! contrasts that all columns of the fit leave free (Henderson's method 3, Biometrics 9 (1953) 226), with Student's t of their effective degrees of freedom, beside
-//! the scatter within the visits. With one contrast t is 12.7; it then counts only if it differs from the scatter of the cycles at the 25 % level (preliminary
-//! test for pooling: Bancroft, Biometrics 20 (1964) 427). The largest of these intervals and that for λ = μ = 0 is reported.
-//! Limits: an offset of the only visit to a position cannot be told from the position and is not in the uncertainty ([`SessionFit::free_visits`]).
+//! A walk and a trend explain offsets of few visits nearly as well as the offsets themselves, and the walk is no error of the own drift.
+//! The likelihood does not decide between them, so the interval is never smaller than that of the offsets alone: variance between the
+//! visits by the mean square of their k contrasts that all columns of the fit leave free (Henderson's method 3, Biometrics 9 (1953) 226),
+//! with Student's t of their effective degrees of freedom, beside the scatter within the visits. With one contrast t is 12.7; it then
+//! counts only if it differs from the scatter of the cycles at the 25 % level (preliminary test for pooling: Bancroft, Biometrics 20 (1964)
+//! 427). The largest of these intervals and that for λ = μ = 0 is reported. Limits: an offset of the only visit to a position cannot be
+//! told from the position and is not in the uncertainty ([`SessionFit::free_visits`]).
 
 use super::inequality::MIN_AMPLITUDE_RATIO;
 use identification::statistics::Extremes;
@@ -39,7 +42,8 @@ const LOG_VISIT_RATIOS: (f64, f64, f64) = (-1.5, 5.0, 0.5);
 const NO_VISIT_SCATTER_WEIGHT: f64 = 10.0;
 /// Smallest weight of a node, relative to the sum, that changes an interval of 95 %.
 const MIN_WEIGHT: f64 = 1e-6;
-/// Fewest degrees of freedom by the mixture: with fewer, the formula of Welch and Satterthwaite gives the sum with another source a smaller U than this part.
+/// Fewest degrees of freedom by the mixture: with fewer, the formula of Welch and Satterthwaite gives the sum with another source a smaller
+/// U than this part.
 const MIN_DOF: f64 = 4.0;
 /// Singular value of the visits, relative to the greatest, from which they are not determined by the other columns.
 const MIN_VISIT_PART: f64 = 1e-6;
@@ -296,14 +300,15 @@ struct BetweenVisits {
     coefficients: DVector<f64>,
     /// Effect of the offset of each visit on each coefficient.
     of_offsets: DMatrix<f64>,
-    /// Effect on the coefficients of the rows without the means of their visits: the sum of the squares of a row is the factor of the variance.
+    /// Effect on the coefficients of the rows without the means of their visits: the sum of the squares of a row is the factor of the
+    /// variance.
     of_rows: DMatrix<f64>,
     /// Variance of a visit by the contrasts; it has that of the mean of the cycles in it.
     variance: f64,
     /// Number of contrasts.
     contrasts: usize,
-    /// Degrees of freedom of `variance` by Welch and Satterthwaite: the contrasts have different parts of the offsets, and the one that compares the trend between
-    /// the visits with that within them has hardly any.
+    /// Degrees of freedom of `variance` by Welch and Satterthwaite: the contrasts have different parts of the offsets, and the one that
+    /// compares the trend between the visits with that within them has hardly any.
     dof: f64,
     /// Variance of a row within the visits, with its degrees of freedom; `None` without one.
     within: Option<(f64, f64)>,
@@ -378,7 +383,8 @@ fn is_determined(x: &DMatrix<f64>, min_eigenvalue: f64) -> bool {
     scaled.symmetric_eigen().eigenvalues.min() > min_eigenvalue
 }
 
-/// Covariance of the walk with a step of variance 1 per interval and mean zero over the session, times the roots of the weights on both sides.
+/// Covariance of the walk with a step of variance 1 per interval and mean zero over the session, times the roots of the weights on both
+/// sides.
 fn walk(rows: &[FitRow], total: f64, interval_s: f64) -> DMatrix<f64> {
     let n = rows.len();
     let begin_s = rows.iter().map(|row| row.time_s).min_or_infinity();
@@ -486,7 +492,8 @@ mod tests {
     use super::*;
     use hal_sim::peripherals::Noise;
 
-    /// A session in the order A B B A, turned away and back between both visits to B: own drift 1.5, apparent −0.9, odd part 0.1, and a function of time.
+    /// A session in the order A B B A, turned away and back between both visits to B: own drift 1.5, apparent −0.9, odd part 0.1, and a
+    /// function of time.
     fn session(cycles: usize, amplitudes: &[f64], sigma: f64, seed: u64, moves: impl Fn(f64) -> f64) -> Vec<FitRow> {
         session_of(&[1.0, -1.0, -1.0, 1.0], cycles, amplitudes, sigma, seed, moves)
     }
@@ -581,7 +588,8 @@ mod tests {
         assert!(own >= 181 && apparent >= 181, "{own} {apparent}");
     }
 
-    /// 20 cycles leave 16 degrees of freedom: with them the expected gain of −2 ln L by the walk is about 9, and chance hides it in half of the sessions.
+    /// 20 cycles leave 16 degrees of freedom: with them the expected gain of −2 ln L by the walk is about 9, and chance hides it in half of
+    /// the sessions.
     #[test]
     fn a_random_walk_is_reported_in_a_longer_session() {
         let is_reported = |seed: &u64| {
@@ -646,7 +654,8 @@ mod tests {
         }
     }
 
-    /// A B A: the difference of both visits to A is the only measure of the offsets. The own drift is wrong by 5 times the scatter of a cycle.
+    /// A B A: the difference of both visits to A is the only measure of the offsets. The own drift is wrong by 5 times the scatter of a
+    /// cycle.
     #[test]
     fn one_contrast_has_students_t_of_one_degree_of_freedom() {
         let mut count = 0;

@@ -1,4 +1,5 @@
-//! Effects that are common to a batch of stands: Fisher's exact test, one-sided, of the batch against all other stands, by Holm's procedure over all batches and effects.
+//! Effects that are common to a batch of stands: Fisher's exact test, one-sided, of the batch against all other stands, by Holm's procedure
+//! over all batches and effects.
 //!
 //! The unit is the stand, since the logs of one stand are not independent: a stand has an effect if at least half of its logs do.
 

@@ -1,9 +1,10 @@
 //! Which stands have changed since a date: their parameters, their effects, their verdicts.
 //!
-//! **Parameters.** The logs of one stand and one period differ by more than their standard uncertainties u: friction and resistance follow temperature and load. That
-//! *variation between logs* τ is estimated for each parameter from all groups of logs of one stand in one period together, by the equation of Mandel and Paule
-//! (Analytical Chemistry 42 (1970) 1194): Σ (x − x̄)²/(u² + τ²) = ν over all groups, x̄ the weighted mean of the group, ν = Σ (n − 1). A difference of two weighted means
-//! over its combined standard uncertainty is compared with Student's t of ν degrees of freedom. Without repetitions nothing is known of τ, and nothing is tested.
+//! **Parameters.** The logs of one stand and one period differ by more than their standard uncertainties u: friction and resistance follow
+//! temperature and load. That *variation between logs* τ is estimated for each parameter from all groups of logs of one stand in one period
+//! together, by the equation of Mandel and Paule (Analytical Chemistry 42 (1970) 1194): Σ (x − x̄)²/(u² + τ²) = ν over all groups, x̄ the
+//! weighted mean of the group, ν = Σ (n − 1). A difference of two weighted means over its combined standard uncertainty is compared with
+//! Student's t of ν degrees of freedom. Without repetitions nothing is known of τ, and nothing is tested.
 //!
 //! **Effects and verdicts.** Fisher's exact test, one-sided: is the effect in more of the logs since the date than before?
 //!

@@ -1,8 +1,8 @@
 //! What a table says about the fleet: changes since a date, effects of batches, outliers, logs without an explanation.
 //!
-//! Used are logs with the verdicts `adequate`, `effect-found` and `partly-explained`; for findings `unknown-structure` too. Parameters are amplitudes: no phases, orders and times,
-//! whose differences mean nothing. A log without a date is in no comparison over time; one without a stand counts as a stand of its own between stands, and is in no
-//! comparison over time.
+//! Used are logs with the verdicts `adequate`, `effect-found` and `partly-explained`; for findings `unknown-structure` too. Parameters are
+//! amplitudes: no phases, orders and times, whose differences mean nothing. A log without a date is in no comparison over time; one without
+//! a stand counts as a stand of its own between stands, and is in no comparison over time.
 
 use std::collections::{BTreeMap, BTreeSet};
 

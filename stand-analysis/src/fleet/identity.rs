@@ -1,7 +1,7 @@
 //! Which stand a log is of, when it was recorded, and of which batch the stand is: a table of the user, where the logs do not say so.
 //!
-//! In: a CSV file with the columns `path,stand,date,batch`, and `device` if wanted; columns may be missing except `path`. A path is relative to the file's folder or to the
-//! current folder. Out: rows whose fields are replaced by cells that are not empty.
+//! In: a CSV file with the columns `path,stand,date,batch`, and `device` if wanted; columns may be missing except `path`. A path is
+//! relative to the file's folder or to the current folder. Out: rows whose fields are replaced by cells that are not empty.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

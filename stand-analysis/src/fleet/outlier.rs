@@ -1,9 +1,10 @@
 //! Stands whose parameters are outliers of the fleet.
 //!
-//! The means x of the stands scatter by their uncertainty u and by the variation between stands. Location m is the median, scale s the scaled median absolute deviation
-//! 1.4826 · median |x − m| (ISO 13528:2022, annex C); the variation between stands is τ² = max(0, s² − median u²). A stand is compared by
-//! z = (x − m)/√(u² + τ² + π s²/(2 n)), the last term the variance of the median, with Student's t of 0.37 (n − 1) degrees of freedom, since the median absolute deviation
-//! has 37 % of the efficiency of the standard deviation. By Holm's procedure over all stands and parameters.
+//! The means x of the stands scatter by their uncertainty u and by the variation between stands. Location m is the median, scale s the
+//! scaled median absolute deviation 1.4826 · median |x − m| (ISO 13528:2022, annex C); the variation between stands is τ² = max(0, s² −
+//! median u²). A stand is compared by z = (x − m)/√(u² + τ² + π s²/(2 n)), the last term the variance of the median, with Student's t of
+//! 0.37 (n − 1) degrees of freedom, since the median absolute deviation has 37 % of the efficiency of the standard deviation. By Holm's
+//! procedure over all stands and parameters.
 
 use std::collections::BTreeMap;
 

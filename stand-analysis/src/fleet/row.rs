@@ -124,7 +124,8 @@ pub fn day_of(began_us: i64) -> String {
     jiff::Timestamp::from_microsecond(began_us).map_or(String::new(), |time| time.strftime("%Y-%m-%d").to_string())
 }
 
-/// A stand by its note: manufacturer, type and number, as `stand record` notes them; of an answer to `*IDN?` without the version, which an update changes.
+/// A stand by its note: manufacturer, type and number, as `stand record` notes them; of an answer to `*IDN?` without the version, which an
+/// update changes.
 pub fn stand_of(note: &str) -> String {
     let fields: Vec<&str> = note.split(',').map(str::trim).collect();
     match fields[..] {

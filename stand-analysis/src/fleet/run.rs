@@ -107,8 +107,8 @@ fn locked(session: &Mutex<Session>) -> std::sync::MutexGuard<'_, Session> {
     session.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// Applies `work` to all items on so many threads, each with its own pool of one thread: a search waits for no other, and its sums have one order. Items for
-/// which it returns `None` are left out.
+/// Applies `work` to all items on so many threads, each with its own pool of one thread: a search waits for no other, and its sums have one
+/// order. Items for which it returns `None` are left out.
 fn on_threads<I: Sync, T: Send>(threads: usize, items: &[I], work: impl Fn(&I) -> Option<T> + Sync) -> Vec<T> {
     let next = AtomicUsize::new(0);
     let results = Mutex::new(Vec::with_capacity(items.len()));

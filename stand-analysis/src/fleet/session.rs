@@ -1,8 +1,9 @@
 //! The computation of a table that survives its end: each answer is kept in a journal beside the table, on the disk before the next one.
 //!
-//! The journal of `answers.parquet` is `answers.parquet.journal`, one JSON object a line: `{"begin": KEY}` where a computation begins, `{"key": KEY, "row": {…}}` where it
-//! ends. KEY is the hash of the log's contents with that of the model and the build, so that a log is computed once whatever it is called, and again when something
-//! that determines its answer has changed. A line that was cut off is ignored. A log whose computation ended the program [`MAX_ATTEMPTS`] times is not tried again.
+//! The journal of `answers.parquet` is `answers.parquet.journal`, one JSON object a line: `{"begin": KEY}` where a computation begins,
+//! `{"key": KEY, "row": {…}}` where it ends. KEY is the hash of the log's contents with that of the model and the build, so that a log is
+//! computed once whatever it is called, and again when something that determines its answer has changed. A line that was cut off is
+//! ignored. A log whose computation ended the program [`MAX_ATTEMPTS`] times is not tried again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
@@ -230,8 +231,8 @@ impl Session {
         self.journal.write_all(&text).map_err(failed)
     }
 
-    /// Writes the table of these logs: path with hash, or with the reason why there is none. Logs without an answer are left out, unless `failures` has a reason for
-    /// their hash. Sorted by path.
+    /// Writes the table of these logs: path with hash, or with the reason why there is none. Logs without an answer are left out, unless
+    /// `failures` has a reason for their hash. Sorted by path.
     ///
     /// # Errors
     /// The table cannot be written.

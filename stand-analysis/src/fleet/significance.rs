@@ -3,8 +3,8 @@
 /// Probability that at least one of all tests of a kind is significant by chance.
 pub const FAMILYWISE_P: f64 = 0.05;
 
-/// Adjusted p-values of Holm's step-down procedure (S. Holm, Scand. J. Stat. 6 (1979) 65): a test is significant if its adjusted p is at most the familywise
-/// probability. No independence of the tests is assumed.
+/// Adjusted p-values of Holm's step-down procedure (S. Holm, Scand. J. Stat. 6 (1979) 65): a test is significant if its adjusted p is at
+/// most the familywise probability. No independence of the tests is assumed.
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|a, b| p[*a].total_cmp(&p[*b]));
@@ -16,7 +16,8 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
     adjusted
 }
 
-/// P(K ≥ k): k of `drawn` units have a property that `having` of all `total` units have (hypergeometric distribution; Fisher's exact test, one-sided).
+/// P(K ≥ k): k of `drawn` units have a property that `having` of all `total` units have (hypergeometric distribution; Fisher's exact test,
+/// one-sided).
 pub fn hypergeometric_tail(k: usize, drawn: usize, having: usize, total: usize) -> f64 {
     let least = (drawn + having).saturating_sub(total);
     let most = drawn.min(having);

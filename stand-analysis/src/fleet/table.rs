@@ -1,4 +1,5 @@
-//! The table as a Parquet file: one row a log, Zstandard, lists of structures in the form that DuckDB, polars, pandas and Spark read (three-level lists).
+//! The table as a Parquet file: one row a log, Zstandard, lists of structures in the form that DuckDB, polars, pandas and Spark read
+//! (three-level lists).
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -137,8 +138,9 @@ fn text(text: &str) -> ByteArray {
     ByteArray::from(text)
 }
 
-/// Writes the columns of a row group one after the other. Levels as in the format's specification: an optional value has definition level 1 where it is
-/// present; an element of a list has definition level 1 (2 for a value that may be absent in it), an empty list 0; repetition level 1 continues a list.
+/// Writes the columns of a row group one after the other. Levels as in the format's specification: an optional value has definition level 1
+/// where it is present; an element of a list has definition level 1 (2 for a value that may be absent in it), an empty list 0; repetition
+/// level 1 continues a list.
 struct GroupWriter<'a, 'b> {
     group: SerializedRowGroupWriter<'b, &'a mut Vec<u8>>,
     rows: &'a [Row],

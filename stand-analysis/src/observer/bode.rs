@@ -1,7 +1,8 @@
 //! Frequency response of the estimated rate (docs/theory.md §2.2).
 //!
-//! R(jω) = α̂′/α′ does not depend on the input that moves the element; R = 1 means no distortion. Distortion begins at the lowest frequency at which |R|
-//! deviates by more than 1 dB or its phase by more than 5°. Transfer functions are computed as polynomials with 77 digits: with gains of 10⁸, matrices in double precision lose them.
+//! R(jω) = α̂′/α′ does not depend on the input that moves the element; R = 1 means no distortion. Distortion begins at the lowest frequency
+//! at which |R| deviates by more than 1 dB or its phase by more than 5°. Transfer functions are computed as polynomials with 77 digits:
+//! with gains of 10⁸, matrices in double precision lose them.
 
 use nalgebra::Complex;
 

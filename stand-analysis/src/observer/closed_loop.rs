@@ -1,7 +1,8 @@
 //! Poles of the closed loop of element and regulator.
 //!
-//! Input: an element and a regulator M_K = −r₁ α̂ − r₂ α̂′ (or more states), with − M̂ if the moment is fed forward. Output: the poles. The errors of the
-//! observer do not depend on the motion, so that the poles of the loop are those of A − B R and those of the observer, which its design checks.
+//! Input: an element and a regulator M_K = −r₁ α̂ − r₂ α̂′ (or more states), with − M̂ if the moment is fed forward. Output: the poles. The
+//! errors of the observer do not depend on the motion, so that the poles of the loop are those of A − B R and those of the observer, which
+//! its design checks.
 
 use nalgebra::{Complex, DMatrix};
 

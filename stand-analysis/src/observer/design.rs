@@ -34,8 +34,8 @@ impl Request {
     /// Designs the observer.
     ///
     /// # Errors
-    /// Unstable poles or a wrong number of them; a model that is not observable; an integral channel that is unstable or cannot remove the offset; a
-    /// discrete form that the firmware rejects.
+    /// Unstable poles or a wrong number of them; a model that is not observable; an integral channel that is unstable or cannot remove the
+    /// offset; a discrete form that the firmware rejects.
     pub fn design(self) -> Result<Design, ObserverError> {
         let n = self.plant.states().len();
         let count = n + usize::from(self.kind == Kind::Augmented);
@@ -93,7 +93,8 @@ impl Design {
     }
 }
 
-/// Rank and condition of C, C A/ω, C (A/ω)², …, ω the poles' mean size; rates over ω, the displacement over the arm, so that no unit counts.
+/// Rank and condition of C, C A/ω, C (A/ω)², …, ω the poles' mean size; rates over ω, the displacement over the arm, so that no unit
+/// counts.
 fn observability(plant: &Plant, poles: &[Complex<f64>]) -> (usize, f64) {
     let omega = poles.iter().map(|z| z.norm()).sum::<f64>() / poles.len().max(1) as f64;
     let (a, n) = (plant.a(), plant.states().len());

@@ -1,7 +1,7 @@
 //! Small matrices with 77 decimal digits.
 //!
-//! The observability matrix of six or seven states at a step of 1 ms loses about 17 digits, and Ackermann's formula amplifies the error (docs/theory.md §1.6
-//! requires 30 digits). Polynomials, exponentials and gains are computed here and rounded once, at the end.
+//! The observability matrix of six or seven states at a step of 1 ms loses about 17 digits, and Ackermann's formula amplifies the error
+//! (docs/theory.md §1.6 requires 30 digits). Polynomials, exponentials and gains are computed here and rounded once, at the end.
 
 use dashu_float::FBig;
 use dashu_float::round::mode::HalfEven;
@@ -125,7 +125,8 @@ impl Matrix {
         Some(x)
     }
 
-    /// The characteristic polynomial det(pE − A), highest power first, and the matrices of adj(pE − A) = Σ Bₖ p^(n−1−k) (Faddeev and LeVerrier).
+    /// The characteristic polynomial det(pE − A), highest power first, and the matrices of adj(pE − A) = Σ Bₖ p^(n−1−k) (Faddeev and
+    /// LeVerrier).
     pub(super) fn characteristic(&self) -> (Vec<Exact>, Vec<Matrix>) {
         let n = self.rows;
         let mut polynomial = vec![exact(1.0)];
@@ -142,8 +143,8 @@ impl Matrix {
     }
 }
 
-/// Observer gains K for which A − K C has the given characteristic polynomial (highest power first), by Ackermann's formula. C selects the first state.
-/// `None` if the plant is not observable.
+/// Observer gains K for which A − K C has the given characteristic polynomial (highest power first), by Ackermann's formula. C selects the
+/// first state. `None` if the plant is not observable.
 pub(super) fn gains(a: &Matrix, polynomial: &[Exact]) -> Option<Vec<Exact>> {
     let n = a.rows;
     let mut row = Matrix::new(1, n, |_, j| exact(if j == 0 { 1.0 } else { 0.0 }));

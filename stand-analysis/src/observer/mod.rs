@@ -1,8 +1,9 @@
 //! State observers of a gyrotheodolite: design, simulation, frequency response (docs/theory.md §1 and §2).
 //!
-//! Input: the element's parameters ([`Plant`]: a preset or a TOML file), the poles, the kind of observer. Output: continuous and exact discrete
-//! gains ([`Design`]), estimation errors ([`Simulated`]), frequency response ([`Bode`]), warnings ([`Warning`]), and the azimuth error
-//! under vibration ([`vibration`]), estimates over a recorded log ([`recorded`]). Gains are computed with 77 digits and rounded once. The firmware's own code rejects what the firmware would refuse.
+//! Input: the element's parameters ([`Plant`]: a preset or a TOML file), the poles, the kind of observer. Output: continuous and exact
+//! discrete gains ([`Design`]), estimation errors ([`Simulated`]), frequency response ([`Bode`]), warnings ([`Warning`]), and the azimuth
+//! error under vibration ([`vibration`]), estimates over a recorded log ([`recorded`]). Gains are computed with 77 digits and rounded once.
+//! The firmware's own code rejects what the firmware would refuse.
 
 pub mod bode;
 mod closed_loop;

@@ -1,7 +1,7 @@
 //! External moment of a simulation: constant, harmonic and random parts.
 //!
-//! Input: amplitudes and times. Output: the moment in each step, taken as constant over the step at its value in the middle; the error of a harmonic is
-//! (ω h)²/24 of its amplitude.
+//! Input: amplitudes and times. Output: the moment in each step, taken as constant over the step at its value in the middle; the error of a
+//! harmonic is (ω h)²/24 of its amplitude.
 
 use hal_sim::peripherals::Noise;
 use std::f64::consts::TAU;

@@ -99,7 +99,8 @@ pub(super) fn multiplied(one: &[Exact], other: &[Exact]) -> Vec<Exact> {
     product
 }
 
-/// All roots of a polynomial (coefficients with the highest power first) by Aberth's method. Multiple roots are as accurate as double precision allows.
+/// All roots of a polynomial (coefficients with the highest power first) by Aberth's method. Multiple roots are as accurate as double
+/// precision allows.
 pub fn roots(polynomial: &[f64]) -> Vec<Complex<f64>> {
     let n = polynomial.len().saturating_sub(1);
     let monic: Vec<f64> = polynomial.iter().map(|c| c / polynomial[0]).collect();

@@ -1,10 +1,10 @@
 //! An observer on a recorded log: estimated states and learnt moment, beside the truth where the log has it (a simulated log).
 //!
-//! Input: a log with `angle_sensor_V` (or `alpha_rad`) at a constant interval, the plant, poles and kind of observer; where the current of the torquer acts on the
-//! element, `torquer_A` and the moment per current. Output: [`Tracked`]. The observer is the exact discrete form that the firmware runs, in double precision,
-//! and starts at the first measured angle. Columns with the names of the states and `moment_N_m` are the truth. Means and rms errors are over the rows after
-//! ten time constants of the slowest pole. The uncertainty of the mean moment follows from the scatter of block means; the parameters of the element are taken as
-//! exact.
+//! Input: a log with `angle_sensor_V` (or `alpha_rad`) at a constant interval, the plant, poles and kind of observer; where the current of
+//! the torquer acts on the element, `torquer_A` and the moment per current. Output: [`Tracked`]. The observer is the exact discrete form
+//! that the firmware runs, in double precision, and starts at the first measured angle. Columns with the names of the states and
+//! `moment_N_m` are the truth. Means and rms errors are over the rows after ten time constants of the slowest pole. The uncertainty of the
+//! mean moment follows from the scatter of block means; the parameters of the element are taken as exact.
 
 use std::path::Path;
 
@@ -114,7 +114,8 @@ pub fn row_interval_s(log: &Log) -> Result<f64, VibrationLogError> {
 }
 
 impl Design {
-    /// Runs the observer over a log. `angle_gain_V_rad` overrides the note of that name; `torquer_N_m_A`: moment per current of `torquer_A`.
+    /// Runs the observer over a log. `angle_gain_V_rad` overrides the note of that name; `torquer_N_m_A`: moment per current of
+    /// `torquer_A`.
     ///
     /// # Errors
     /// As [`TrackError`].
@@ -240,8 +241,8 @@ pub fn simulate_log(plant: &Plant, disturbed: Disturbance, seconds: f64, step_s:
     Ok(log)
 }
 
-/// A log of the free element under the moment, from the initial angle, as the converter of the stand reads it (noise of one code, rounded), with the true states
-/// and the true moment. `path` becomes its name; no file is written.
+/// A log of the free element under the moment, from the initial angle, as the converter of the stand reads it (noise of one code, rounded),
+/// with the true states and the true moment. `path` becomes its name; no file is written.
 ///
 /// # Errors
 /// The angle leaves the range; the ending of `path` is wrong.

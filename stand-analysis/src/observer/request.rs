@@ -8,8 +8,8 @@ use super::{Plant, Poles};
 pub enum Kind {
     /// No integral channel: a constant disturbance leaves an offset (docs/theory.md §1.4).
     Static,
-    /// The static gains and an integral of the error that acts on one row (docs/theory.md §1.5). Without a given gain, the magnitude of that
-    /// row's own gain is used.
+    /// The static gains and an integral of the error that acts on one row (docs/theory.md §1.5). Without a given gain, the magnitude of
+    /// that row's own gain is used.
     Integral {
         /// Row of the channel, 1 … n.
         row: usize,

@@ -1,8 +1,9 @@
 //! Response of a discrete observer's rates at one frequency, and its inverse for the correction of vibration (docs/theory.md §2.2, §2.3).
 //!
-//! Input: the discrete form of an observer of a four-state element, and a frequency. Output: α̂′/α′ and β̂′/β′, for the estimates that are predicted for
-//! a row before its angle is used, as the firmware uses them. α̂ follows from the measured angle alone: x̂(z) = (z E − Φ + K C)⁻¹ K α. β′ follows from the balance
-//! of moments about the vertical, β′ = −(α″ + r α′ + a α)/b, whatever moves the element along the rotor.
+//! Input: the discrete form of an observer of a four-state element, and a frequency. Output: α̂′/α′ and β̂′/β′, for the estimates that are
+//! predicted for a row before its angle is used, as the firmware uses them. α̂ follows from the measured angle alone: x̂(z) = (z E − Φ + K
+//! C)⁻¹ K α. β′ follows from the balance of moments about the vertical, β′ = −(α″ + r α′ + a α)/b, whatever moves the element along the
+//! rotor.
 
 use hal_sim::element::FourState;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -58,7 +59,8 @@ mod tests {
     use super::*;
     use crate::observer::{Element, Kind, Plant, Poles, Request};
 
-    /// An independent calculation in docs/theory.md's notation (set B, poles at −100 1/s, 1 ms, 2 Hz): R = 0.978870 − 0.041856j, R_β = 0.513210 + 0.200105j.
+    /// An independent calculation in docs/theory.md's notation (set B, poles at −100 1/s, 1 ms, 2 Hz): R = 0.978870 − 0.041856j, R_β =
+    /// 0.513210 + 0.200105j.
     #[test]
     fn responses_of_set_b() {
         let plant = Plant::new("b", Element::Four(FourState::SET_B)).unwrap();

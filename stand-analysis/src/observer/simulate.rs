@@ -1,7 +1,7 @@
 //! Estimation errors of an observer alone and in a closed loop with a regulator (docs/theory.md §1.4, §1.5).
 //!
-//! Errors follow e′ = (A − K C) e − e_r κ z + B M, z′ = C e, independent of the motion of the plant. The matrix exponential of one step is computed with
-//! 77 digits and rounded, so that values after thousands of steps are accurate to nine digits.
+//! Errors follow e′ = (A − K C) e − e_r κ z + B M, z′ = C e, independent of the motion of the plant. The matrix exponential of one step is
+//! computed with 77 digits and rounded, so that values after thousands of steps are accurate to nine digits.
 
 use super::ObserverError;
 use super::closed_loop::{Regulator, closed_loop_poles, has_steady_state};

@@ -1,12 +1,13 @@
 //! Mean azimuth error under vibration and its correction by the estimated rates (docs/theory.md §2.3).
 //!
-//! Vibration adds \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α to the true azimuth. Input: azimuth and roll over time, and exact rates if the log has them. Output:
-//! the mean azimuth over whole periods and the correction by exact and by estimated rates, each with and without the inertia term; the estimated rates also
-//! with the inverse of the observer's response at the vibration frequency ([`RateResponse`]). The estimates come from the firmware's observer at the step of
-//! the log; the firmware's own code computes the means.
+//! Vibration adds \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α to the true azimuth. Input: azimuth and roll over time, and exact rates if the log
+//! has them. Output: the mean azimuth over whole periods and the correction by exact and by estimated rates, each with and without the
+//! inertia term; the estimated rates also with the inverse of the observer's response at the vibration frequency ([`RateResponse`]). The
+//! estimates come from the firmware's observer at the step of the log; the firmware's own code computes the means.
 //!
-//! Uncertainty: errors of the roll channel act on the correction. Its gain scales it; a delay adds the product with γ′; a rotation of the roll sensor about the
-//! vertical adds the product ⟨α′ β⟩, which does not vanish; an offset multiplies ⟨α′⟩, which is nearly 0. The sensitivities are computed from the record.
+//! Uncertainty: errors of the roll channel act on the correction. Its gain scales it; a delay adds the product with γ′; a rotation of the
+//! roll sensor about the vertical adds the product ⟨α′ β⟩, which does not vanish; an offset multiplies ⟨α′⟩, which is nearly 0. The
+//! sensitivities are computed from the record.
 
 use hal_sim::element::{BaseVibration, FourState};
 use nalgebra::Complex;
@@ -153,8 +154,8 @@ struct Estimated {
     beta_rate_rad_s: f64,
 }
 
-/// Corrects a record by the rates that an observer estimates. `design` is an observer of a four-state element with a discrete form at the step of the record.
-/// The true azimuth need not be 0: the correction is the part that vibration causes.
+/// Corrects a record by the rates that an observer estimates. `design` is an observer of a four-state element with a discrete form at the
+/// step of the record. The true azimuth need not be 0: the correction is the part that vibration causes.
 ///
 /// # Errors
 /// The record has too few rows or periods; γ shows no vibration; the design has no discrete form of this element.
@@ -448,8 +449,8 @@ mod tests {
     }
 
     /// §2.3, the table of the rigid body. Its mean settles with the precession's slow damping, so that the last digits of the printed means
-    /// depend on where averaging begins: 2e-4; what a correction takes off is a ratio of means over the same rows: 0.1 % where it is near 100. Theory's
-    /// observers are continuous: ours run at 0.1 ms here.
+    /// depend on where averaging begins: 2e-4; what a correction takes off is a ratio of means over the same rows: 0.1 % where it is near
+    /// 100. Theory's observers are continuous: ours run at 0.1 ms here.
     #[test]
     fn what_the_correction_takes_off_is_what_theory_says() {
         #[rustfmt::skip]
@@ -473,7 +474,8 @@ mod tests {
                 // At 10 1/s the poles have just settled, and the share is large: 1 %; else what a step of 0.01 of the poles moves.
                 let tolerance = if omega < 50.0 { 0.01 * by_rate } else { 0.2 };
                 near(percent(found.estimated.rate_rad), by_rate, tolerance);
-                // The printed 100.2774 of V2 comes of an observer that is fed the angle each millisecond and a straight line between: 0.23 above ours.
+                // The printed 100.2774 of V2 comes of an observer that is fed the angle each millisecond and a straight line between: 0.23
+                // above ours.
                 near(percent(found.estimated.with_inertia_rad), with_inertia, f64::max(tolerance, 0.25));
                 if omega >= 1000.0 {
                     // Poles that fast show the rates as they are.

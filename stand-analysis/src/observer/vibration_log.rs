@@ -91,8 +91,8 @@ impl<'a> VibrationLog<'a> {
         Ok(Self { name: name(), step_s, alpha_rad, gamma_rad, exact })
     }
 
-    /// Corrects the azimuth by a static observer of `plant`, called `element` by the user, with all poles at −`omega_1_s`. Without `vibration_Hz` the
-    /// vibration is the largest spectral line of gamma_rad.
+    /// Corrects the azimuth by a static observer of `plant`, called `element` by the user, with all poles at −`omega_1_s`. Without
+    /// `vibration_Hz` the vibration is the largest spectral line of gamma_rad.
     ///
     /// # Errors
     /// The element does not have four states; the observer cannot be designed; the record is too short or shows no vibration.

@@ -1,10 +1,11 @@
 //! Rate stability of the platform over parts of a turn and over whole turns.
 //!
-//! Input: a log with `theta_rad`, and `turn_s` for whole turns by index and crystal. Output: for each plateau of constant rate its mean rate, and the standard
-//! deviation of the mean rates over windows of 1°, 10°, 360° and whole turns, relative to the mean, with uncertainty, resolution and the comparison with a limit.
+//! Input: a log with `theta_rad`, and `turn_s` for whole turns by index and crystal. Output: for each plateau of constant rate its mean
+//! rate, and the standard deviation of the mean rates over windows of 1°, 10°, 360° and whole turns, relative to the mean, with
+//! uncertainty, resolution and the comparison with a limit.
 //!
-//! [`plateaus`] finds the stretches of constant rate, [`windows`] evaluates one. Limits: the encoder's angle at the rows has the resolution of a count, which
-//! is reported for each width; the crystal is common to all windows and enters the mean rate only.
+//! [`plateaus`] finds the stretches of constant rate, [`windows`] evaluates one. Limits: the encoder's angle at the rows has the resolution
+//! of a count, which is reported for each width; the crystal is common to all windows and enters the mean rate only.
 
 pub mod error;
 pub mod plateaus;

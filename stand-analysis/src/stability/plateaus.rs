@@ -1,7 +1,8 @@
 //! Stretches of constant rate in a log.
 //!
-//! Input: a log, its angle. Output: row ranges without a gap, with the setpoint if the log has it. With a column `rate_cmd_rad_s` a plateau is a run of equal
-//! setpoints other than 0; without it, a run in one direction whose rate, smoothed over 0.2 s, stays within 20 % of its median.
+//! Input: a log, its angle. Output: row ranges without a gap, with the setpoint if the log has it. With a column `rate_cmd_rad_s` a plateau
+//! is a run of equal setpoints other than 0; without it, a run in one direction whose rate, smoothed over 0.2 s, stays within 20 % of its
+//! median.
 
 use identification::log::Log;
 use identification::statistics::robust::median;

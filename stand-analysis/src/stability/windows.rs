@@ -1,9 +1,9 @@
 //! Mean rates over windows of a plateau, and their scatter.
 //!
-//! Input: the angle at the rows. Output: for each width the relative standard deviation of the mean rates over consecutive windows. The time at which the angle
-//! passes the end of a window is interpolated between rows. Windows cover whole turns where the plateau has one, so that a pattern that repeats with the
-//! angle enters with its whole period; the scatter of the variances from turn to turn gives the uncertainty, for less than two turns the number of
-//! windows. Whole turns are those of `turn_s`: index to index, timed by the crystal.
+//! Input: the angle at the rows. Output: for each width the relative standard deviation of the mean rates over consecutive windows. The
+//! time at which the angle passes the end of a window is interpolated between rows. Windows cover whole turns where the plateau has one, so
+//! that a pattern that repeats with the angle enters with its whole period; the scatter of the variances from turn to turn gives the
+//! uncertainty, for less than two turns the number of windows. Whole turns are those of `turn_s`: index to index, timed by the crystal.
 //!
 //! Resolution: both ends of a window have the standard deviation LSB/√12 of a quantised angle: LSB/√6 over the width, relative.
 

@@ -1,7 +1,7 @@
 //! Quantities of a calibration in the units that the user chose.
 //!
-//! Records, JSON and the certificate stay in the units of the record; only texts and pages use the chosen ones. A quantity in another unit loses the unit
-//! in its name: `bias_rad_s` in °/h is `bias`.
+//! Records, JSON and the certificate stay in the units of the record; only texts and pages use the chosen ones. A quantity in another unit
+//! loses the unit in its name: `bias_rad_s` in °/h is `bias`.
 
 use crate::units::{Dimension, Scale, Units};
 use stand_records::stored_record::{StoredQuantity, StoredRecord};

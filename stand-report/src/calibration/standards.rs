@@ -1,7 +1,7 @@
 //! Terms of the standards for the quantities of a calibration.
 //!
-//! IEEE Std 528 (definitions of inertial sensors) and IEEE Std 2700 (performance parameters of MEMS sensors) are named by their terms, IEEE Std 952 by its
-//! annex C (Allan variance), ISO 16063-23 for the angular calibration by comparison with a reference.
+//! IEEE Std 528 (definitions of inertial sensors) and IEEE Std 2700 (performance parameters of MEMS sensors) are named by their terms, IEEE
+//! Std 952 by its annex C (Allan variance), ISO 16063-23 for the angular calibration by comparison with a reference.
 
 use stand_analysis::calibrate::Meaning;
 

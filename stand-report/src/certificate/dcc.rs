@@ -1,8 +1,8 @@
 //! A certificate as a Digital Calibration Certificate of PTB, schema 3.3.0, with units and uncertainties of the D-SI 2.2.
 //!
-//! Input: a certificate. Output: XML. Scalar results have `si:expandedMU`; the frequency response and the characteristic are lists with `si:expandedMUXMLList`.
-//! The schema itself is not part of this project; `stand/tests/command/certificate.rs` checks the structure, and the Schematron rules where Python's
-//! package `dcclib` is installed.
+//! Input: a certificate. Output: XML. Scalar results have `si:expandedMU`; the frequency response and the characteristic are lists with
+//! `si:expandedMUXMLList`. The schema itself is not part of this project; `stand/tests/command/certificate.rs` checks the structure, and
+//! the Schematron rules where Python's package `dcclib` is installed.
 
 use super::d_si::d_si;
 use super::{STATEMENT, conformity, limits, rule};

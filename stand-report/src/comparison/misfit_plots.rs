@@ -35,7 +35,8 @@ pub(super) fn strongest(s: &Spectrum) -> (u32, bool) {
     best.map_or((1, false), |k| (k as u32 + 1, over(k)))
 }
 
-/// Share of the residual's variance, and the share at the level of significance, percent, by harmonic order from 1 on as far as they are drawn; `None` for fewer than four.
+/// Share of the residual's variance, and the share at the level of significance, percent, by harmonic order from 1 on as far as they are
+/// drawn; `None` for fewer than four.
 pub(super) fn order_shares(s: &Spectrum) -> Option<(Vec<f64>, Vec<f64>)> {
     if s.amplitude.len() < 4 {
         return None;

@@ -1,8 +1,8 @@
 //! The catalogue of effects as text, HTML and JSON: a list, and a page for each effect with a simulated picture.
 //!
 //! In: a [`Card`]. Out: text; nothing is printed or written here. The picture shows the default stand, simulated without noise, with and
-//! without the effect under a [`drive_model::Demonstration`]: both traces, and their difference over the coordinate of the effect. The demonstration
-//! follows from the card, so that a new effect has its page at once.
+//! without the effect under a [`drive_model::Demonstration`]: both traces, and their difference over the coordinate of the effect. The
+//! demonstration follows from the card, so that a new effect has its page at once.
 
 mod demonstration;
 mod html;

@@ -121,7 +121,8 @@ pub fn named(e: &Explanation) -> Vec<String> {
     e.missing.iter().map(name).collect()
 }
 
-/// Effects that the log does not distinguish from an added effect. Those of later stages were compared in the presence of the earlier ones only.
+/// Effects that the log does not distinguish from an added effect. Those of later stages were compared in the presence of the earlier ones
+/// only.
 pub fn alternatives<'a>(e: &'a Explanation, effect: &str) -> &'a [String] {
     e.candidates.iter().find(|c| c.effect == effect && c.refitted).map_or(&[], |c| &c.ambiguous_with)
 }

@@ -1,6 +1,7 @@
 //! Many logs: the row of one log in the table, and the evaluation of a fleet as text, JSON and HTML.
 //!
-//! In: an explanation or why there is none; a [`FleetEvaluation`](stand_analysis::fleet::evaluation::FleetEvaluation). Out: a [`Row`](stand_analysis::fleet::Row), text.
+//! In: an explanation or why there is none; a [`FleetEvaluation`](stand_analysis::fleet::evaluation::FleetEvaluation). Out: a
+//! [`Row`](stand_analysis::fleet::Row), text.
 
 mod html;
 mod json;

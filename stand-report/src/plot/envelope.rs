@@ -3,8 +3,8 @@
 /// Points of a line with gaps: one list for each piece.
 pub type Pieces = Vec<Vec<(f64, f64)>>;
 
-/// Lowest and highest point within each of `columns` equal intervals of `range`, in their order; a short series is unchanged. A piece ends at a
-/// value that is not finite, and before a step in `x` above `longest_step`.
+/// Lowest and highest point within each of `columns` equal intervals of `range`, in their order; a short series is unchanged. A piece ends
+/// at a value that is not finite, and before a step in `x` above `longest_step`.
 pub fn envelope(points: impl Iterator<Item = (f64, f64)>, range: (f64, f64), columns: usize, longest_step: f64) -> Pieces {
     let scale = columns as f64 / (range.1 - range.0).max(f64::MIN_POSITIVE);
     let mut pieces: Pieces = Vec::new();

@@ -65,7 +65,8 @@ impl Axis {
         Axis { from: range.0, to: range.1, ticks, label: label.to_owned() }
     }
 
-    /// A logarithmic axis of up to three decades with ticks at 1, 2 and 5 times the powers of ten; `range` and all values are decimal logarithms.
+    /// A logarithmic axis of up to three decades with ticks at 1, 2 and 5 times the powers of ten; `range` and all values are decimal
+    /// logarithms.
     pub fn log(range: (f64, f64), label: &str) -> Self {
         let decades = range.0.floor() as i32..=range.1.ceil() as i32;
         let at = decades.flat_map(|k| [1.0, 2.0, 5.0].map(|m: f64| f64::from(k) + m.log10()));
@@ -195,7 +196,8 @@ impl Plot {
         self.svg.dot(at, 2.2, "mean");
     }
 
-    /// Indices of the ticks of the horizontal axis that get a label, so that labels do not overlap: every one, every second, …, including zero.
+    /// Indices of the ticks of the horizontal axis that get a label, so that labels do not overlap: every one, every second, …, including
+    /// zero.
     fn labelled(&self, ticks: &[(f64, String)]) -> Vec<usize> {
         const LETTER: f64 = 7.0;
         const BETWEEN: f64 = 8.0;

@@ -9,7 +9,8 @@ use stand_analysis::observer::{DEFAULT_INTEGRAL_ROW, Kind, ObserverError, Plant,
 #[derive(Debug, Clone, Args)]
 #[command(group = clap::ArgGroup::new("element").required(true).args(["element_name", "preset"]))]
 pub(super) struct ElementOptions {
-    /// The element: a preset (astatic-identifier, astatic-identifier-recovered, rate-observer) or a .toml file with [six_state] or [four_state]
+    /// The element: a preset (astatic-identifier, astatic-identifier-recovered, rate-observer) or a .toml file with [six_state] or
+    /// [four_state]
     #[arg(value_name = "MODEL")]
     element_name: Option<String>,
     /// The preset, given by an option

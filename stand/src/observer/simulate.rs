@@ -50,7 +50,8 @@ pub(crate) struct Simulate {
     /// Duration of the closed-loop simulation, s
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true)]
     loop_seconds: f64,
-    /// Write a log of the element under this angle and moment, for `stand observer track`: the angle sensor, the true states and the true moment
+    /// Write a log of the element under this angle and moment, for `stand observer track`: the angle sensor, the true states and the true
+    /// moment
     #[arg(long, value_name = "LOG")]
     out: Option<PathBuf>,
     #[command(flatten)]

@@ -13,7 +13,8 @@ use stand_analysis::observer::recorded::{COLUMNS, TrackError, row_interval_s};
 use stand_analysis::observer::{ObserverError, Plant};
 use stand_report::observer::{track_json, track_text};
 
-/// Run an observer over a recorded log. Columns: angle_sensor_V or alpha_rad; columns with the names of the states and moment_N_m are the truth.
+/// Run an observer over a recorded log. Columns: angle_sensor_V or alpha_rad; columns with the names of the states and moment_N_m are the
+/// truth.
 #[derive(Debug, Args)]
 pub(crate) struct Track {
     /// The log, .csv or .parquet

@@ -140,8 +140,9 @@ fn deviation_of_ten_million_rows_has_nine_digits() {
 
 #[test]
 fn pulse_pairs_of_opposite_sign_are_the_allan_deviation_of_the_angle() {
-    // (13) is the mean angle of the second pulse minus that of the first: ω̂ = (θ̄₂ − θ̄₁)/T. So σ_θ(T) = T rms(ω̂)/√2, with the trapezoid's half
-    // weights as averages of neighbouring angles: overlapping for pairs that start at every sample, plain for pairs that start at every pulse.
+    // (13) is the mean angle of the second pulse minus that of the first: ω̂ = (θ̄₂ − θ̄₁)/T. So σ_θ(T) = T rms(ω̂)/√2, with the
+    // trapezoid's half weights as averages of neighbouring angles: overlapping for pairs that start at every sample, plain for pairs that
+    // start at every pulse.
     let (per_pulse, pulse_s) = (250, 5.0);
     let mut rate = Noise::new(3, 0, 1e-4);
     let mut theta = 1e-3;

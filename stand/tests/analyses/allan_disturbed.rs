@@ -36,8 +36,8 @@ fn undisturbed() -> f64 {
     })
 }
 
-/// The interval of N contains the truth, and is about as narrow as that of an undisturbed record with as many rows: the processes that are found by
-/// chance change its width by a few tenths, and a quantisation noise that is not significant by as much.
+/// The interval of N contains the truth, and is about as narrow as that of an undisturbed record with as many rows: the processes that are
+/// found by chance change its width by a few tenths, and a quantisation noise that is not significant by as much.
 #[track_caller]
 fn covers_n(answer: &Value) {
     let n = &answer["angle_random_walk_deg_sqrt_h"];

@@ -1,4 +1,5 @@
-//! Noise of the simulated sensor under test: from the stand file through registers, driver and rows to the coefficients of the Allan deviation.
+//! Noise of the simulated sensor under test: from the stand file through registers, driver and rows to the coefficients of the Allan
+//! deviation.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::plant::{Plant, Stand};

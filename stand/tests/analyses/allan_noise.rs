@@ -24,8 +24,8 @@ fn degrees_of_freedom_match_greenhall_and_riley() {
     let terms = 1023.0;
     let exact = Covariance::new(1, 1, &[(1025, 1)]).degrees_of_freedom(&[0.0, 1.0, 0.0, 0.0, 0.0]);
     close(exact, terms * terms / (terms + (terms - 1.0) / 2.0), 1e-9, "white, m 1");
-    // Greenhall and Riley's formulas (allantools' edf_greenhall, d = 2, overlapping, unmodified) for 1025 angles and α = 0, −1, −2. They average
-    // each angle over a row, which matters for few rows, and truncate their sums, which is accurate to a few per cent.
+    // Greenhall and Riley's formulas (allantools' edf_greenhall, d = 2, overlapping, unmodified) for 1025 angles and α = 0, −1, −2. They
+    // average each angle over a row, which matters for few rows, and truncate their sums, which is accurate to a few per cent.
     let table: [(usize, [f64; 3]); 2] = [(32, [44.442, 35.719, 28.156]), (128, [9.83, 7.609, 5.903])];
     for (m, wanted) in table {
         let covariance = Covariance::new(m, m, &[(1025, 1)]);
@@ -52,7 +52,8 @@ fn correlations(squares: &Squares) -> DMatrix<f64> {
     DMatrix::from_fn(13, 13, |i, j| covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt())
 }
 
-/// The covariance matrix of estimates is positive definite, whatever the noise: a likelihood by another one has maxima where it is singular.
+/// The covariance matrix of estimates is positive definite, whatever the noise: a likelihood by another one has maxima where it is
+/// singular.
 #[test]
 fn variances_at_all_octaves_have_a_positive_definite_covariance() {
     for squares in [

@@ -29,7 +29,8 @@ fn run(folder: &Path, gyro: &str, more: &[&str]) -> Value {
 /// 1 °/h in rad/s.
 const DEG_H: f64 = std::f64::consts::PI / 180.0 / 3600.0;
 
-/// The stand's own `alternating` log, with ramps, of both first signs. The gyro lags by about a millisecond: 2 w lag/T = 1e-4 rad/s at 1 rad/s, in the sign of w.
+/// The stand's own `alternating` log, with ramps, of both first signs. The gyro lags by about a millisecond: 2 w lag/T = 1e-4 rad/s at 1
+/// rad/s, in the sign of w.
 #[test]
 fn platform_method_covers_bias_and_scale_of_the_stands_own_log() {
     let folder = tempfile::tempdir().unwrap();
@@ -51,7 +52,8 @@ fn platform_method_covers_bias_and_scale_of_the_stands_own_log() {
     }
 }
 
-/// The angle sensor ends at 0.55 V, below the 0.65 V of the swing and far below the limit of the settings: without a check the drift is wrong by a tenth.
+/// The angle sensor ends at 0.55 V, below the 0.65 V of the swing and far below the limit of the settings: without a check the drift is
+/// wrong by a tenth.
 #[test]
 fn clipped_angle_sensor_rejects_the_cycles_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
@@ -69,7 +71,8 @@ fn clipped_angle_sensor_rejects_the_cycles_and_says_so() {
     assert!(found["cycles"].as_array().unwrap().iter().any(|c| c["bad"].as_str().is_some_and(|bad| bad.contains("clipped"))));
 }
 
-/// The level is off by 17′ after each turn: 0.07 °/h, some times the scatter of a cycle. Positions visited twice without a turn between do not show it.
+/// The level is off by 17′ after each turn: 0.07 °/h, some times the scatter of a cycle. Positions visited twice without a turn between do
+/// not show it.
 #[test]
 fn offsets_of_the_visits_are_covered_and_reported() {
     let folder = tempfile::tempdir().unwrap();

@@ -120,8 +120,8 @@ fn value(json: &Value) -> (f64, f64) {
     (json["value"].as_f64().unwrap(), json["sigma"].as_f64().unwrap())
 }
 
-/// Asserts that own drift, apparent drift and azimuth are covered by their expanded uncertainty; that of the own drift is at most `most`, °/h. With one visit
-/// to each position the trend of the drift is known from within the visits only, and widens that of the apparent drift.
+/// Asserts that own drift, apparent drift and azimuth are covered by their expanded uncertainty; that of the own drift is at most `most`,
+/// °/h. With one visit to each position the trend of the drift is known from within the visits only, and widens that of the apparent drift.
 #[track_caller]
 fn assert_true(found: &Value, most: f64) {
     let (horizontal, azimuth) = (Site::default().horizontal_rad_s() / DEG_H, 80_f64.to_radians());

@@ -46,9 +46,9 @@ fn cogging_appears_as_a_harmonic_of_the_current() {
     // 0.02²/2 = 2.0e-4 A² of the cogging and 0.05²/12 = 2.1e-4 A² of the noise: half of the variance.
     let share = first["share"].as_f64().unwrap();
     assert!((0.40..0.58).contains(&share), "{share}");
-    // F = n share/2(1 − share) ≈ 2900 on ν ≈ 2 × 25 values: at a steady rate an order is one spectral line, and its noise level is that of the 25
-    // neighbouring lines. (1 + 2F/ν)^(−ν/2) = 10^−52; ν within a fifth gives 10^−43 to 10^−60, and the number of trials subtracts up to three from
-    // the exponent.
+    // F = n share/2(1 − share) ≈ 2900 on ν ≈ 2 × 25 values: at a steady rate an order is one spectral line, and its noise level is that of
+    // the 25 neighbouring lines. (1 + 2F/ν)^(−ν/2) = 10^−52; ν within a fifth gives 10^−43 to 10^−60, and the number of trials subtracts up
+    // to three from the exponent.
     let log10_p = first["log10_p"].as_f64().unwrap();
     assert!((-62.0..-40.0).contains(&log10_p), "{first}");
     // The current of a prescribed motion does not distinguish a torque from a sensor error.

@@ -8,8 +8,8 @@ use common::{MODEL, RunOutput, command, files, folder, stand};
 use identification::log::{Column, Log};
 use serde_json::Value;
 
-/// Asserts a refusal: status 2, empty standard output, one line on standard error that contains each of `expected`; no file is created, changed or
-/// removed.
+/// Asserts a refusal: status 2, empty standard output, one line on standard error that contains each of `expected`; no file is created,
+/// changed or removed.
 #[track_caller]
 fn refused(folder: &Path, words: &[&str], expected: &[&str]) {
     let before = files(folder);

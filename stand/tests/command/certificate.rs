@@ -123,7 +123,8 @@ fn changed_logs_and_missing_fields_are_refused() {
     assert!(!path.join("y.html").exists());
 }
 
-/// Rules that a document breaks according to the Schematron that Python's package `dcclib` ships: failed assertions, and reports of the role `error`.
+/// Rules that a document breaks according to the Schematron that Python's package `dcclib` ships: failed assertions, and reports of the
+/// role `error`.
 fn broken_rules(folder: &Path, document: &str) -> Vec<String> {
     let script = "
 import sys

@@ -31,7 +31,8 @@ fn measurement_and_its_log_give_the_same_result() {
         let most = if name == "azimuth_deg" { 0.1 } else { 0.01 };
         assert!(sigma > 0.0 && sigma < most, "{name}: {sigma}");
     }
-    // An amplifier inequality of 1e-4 is a drift of −0.009 °/h at 0.05 °/s and of −0.0036 °/h at 0.02 °/s, which the current correction removes.
+    // An amplifier inequality of 1e-4 is a drift of −0.009 °/h at 0.05 °/s and of −0.0036 °/h at 0.02 °/s, which the current correction
+    // removes.
     let raw = run["uncorrected"]["own_drift_deg_h"]["value"].as_f64().unwrap();
     assert!((raw - value(&run, "own_drift_deg_h").0 + 0.0063).abs() < 0.003, "{raw}");
     let log = stand(path, &["drift", "compute", "log.csv", "--json", "-"]).succeeded().json();

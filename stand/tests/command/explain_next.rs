@@ -71,7 +71,8 @@ fn proposed_run_distinguishes_what_the_first_log_did_not() {
     assert!(text.replace('\n', " ").contains(named) && page.contains(named), "{text}");
 
     let command = before["next_experiment"]["command"].as_str().unwrap().to_owned();
-    // The slow log determines only the constant part of the asymmetry, which is a load: no run separates these two, and the run is that of the card.
+    // The slow log determines only the constant part of the asymmetry, which is a load: no run separates these two, and the run is that of
+    // the card.
     let expected = before["next_experiment"]["expected"].as_array().unwrap();
     let evidence: Vec<f64> = expected.iter().map(|e| e["delta_bic"].as_f64().unwrap()).collect();
     assert!(expected.len() == StandRun::ALL.len() && evidence[0] < 6.0 && evidence.is_sorted_by(|a, b| a >= b), "{evidence:?}");

@@ -177,7 +177,8 @@ fn log_that_ends_the_program_is_skipped() {
     assert!(row.error.unwrap().contains("ended 3 times"));
 }
 
-/// A table of 12 stands in two batches: stand 3 has another inertia since October and cogging, the stands of batch B have a load, stand 9 an outlying friction.
+/// A table of 12 stands in two batches: stand 3 has another inertia since October and cogging, the stands of batch B have a load, stand 9
+/// an outlying friction.
 fn fleet_table(folder: &Path) -> PathBuf {
     let mut rows = Vec::new();
     for stand in 0..12_i32 {

@@ -300,7 +300,8 @@ fn azimuth_is_corrected_for_vibration() {
     assert!((part - -6.923_97e-3).abs() <= expanded && expanded < 0.05 * part.abs(), "{part} ± {expanded}");
     let (azimuth, expanded) = (number(&other, "azimuth_rad", "value"), number(&other, "azimuth_rad", "U"));
     assert!((azimuth - number(&answer, "azimuth_rad", "value") - 0.01).abs() < 1e-4 && expanded < 5e-4, "{azimuth} ± {expanded}");
-    // Errors of the roll channel are lines of the budget: a gain proportionally, a delay by 1 − cos ωδ, because γ is in phase with the rate.
+    // Errors of the roll channel are lines of the budget: a gain proportionally, a delay by 1 − cos ωδ, because γ is in phase with the
+    // rate.
     let with = |option: &str, value: &str| {
         stand(folder.path(), &["vibration", "compensate", "turned.csv", option, value, "--json", "-"]).succeeded().json()
     };

@@ -51,8 +51,8 @@ impl From<Output> for RunOutput {
     }
 }
 
-/// Runs a command that writes `page.html` and its plots, which are files in both formats; its standard output. On a computer without a font the plots are
-/// missing, and the command says so.
+/// Runs a command that writes `page.html` and its plots, which are files in both formats; its standard output. On a computer without a font
+/// the plots are missing, and the command says so.
 #[track_caller]
 pub fn with_plots(folder: &Path, words: &[&str]) -> String {
     let ran = stand(folder, &[words, &["--html", "page.html", "--plots", "new/plots"]].concat());

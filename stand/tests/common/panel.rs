@@ -13,7 +13,8 @@ use serde_json::Value;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
-/// Held by each panel; a panel whose stand turns in real time holds it alone, since other programs' work may keep its host silent for two seconds.
+/// Held by each panel; a panel whose stand turns in real time holds it alone, since other programs' work may keep its host silent for two
+/// seconds.
 static MACHINE: RwLock<()> = RwLock::new(());
 
 thread_local! {

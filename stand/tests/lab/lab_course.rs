@@ -214,7 +214,8 @@ fn honest_student_of_observers_meets_the_criteria() {
     honest_student_meets_the_criteria("observers");
 }
 
-/// Each work with quantities, one attempt: an uncertainty above the limit, the right values with a tiny uncertainty, and the logs of another student.
+/// Each work with quantities, one attempt: an uncertainty above the limit, the right values with a tiny uncertainty, and the logs of
+/// another student.
 #[test]
 fn huge_and_tiny_uncertainty_and_copied_logs_fail_each_measurement() {
     for lab in works().unwrap().into_iter().filter(|lab| lab.hunt().is_none()) {

@@ -1,5 +1,5 @@
-//! Scripted honest students of the works with quantities. They follow the steps of the instructions with arithmetic of their own, apart from the reference
-//! procedures.
+//! Scripted honest students of the works with quantities. They follow the steps of the instructions with arithmetic of their own, apart
+//! from the reference procedures.
 
 pub mod drive;
 mod regression;
@@ -19,7 +19,8 @@ pub type Values = BTreeMap<String, (f64, f64)>;
 /// Coverage factor of a student who combines several contributions.
 const COVERAGE: f64 = 2.0;
 
-/// Work 3: rate by a fit of the time over the angle, components of its square over the square of the rate, the encoder's error removed from the angle in turn.
+/// Work 3: rate by a fit of the time over the angle, components of its square over the square of the rate, the encoder's error removed from
+/// the angle in turn.
 pub fn once_per_turn(logs: &Path) -> Values {
     const SETTLED_S: f64 = 12.0;
     const COUNT_DEG: f64 = 360.0 / 20_000.0;
@@ -131,7 +132,8 @@ impl Turning {
     }
 }
 
-/// Work 7: the moment by a fit of the free motion to the whole log, without an observer; the errors of static observers by their equilibrium.
+/// Work 7: the moment by a fit of the free motion to the whole log, without an observer; the errors of static observers by their
+/// equilibrium.
 pub fn observers(logs: &Path) -> Values {
     const GAIN: f64 = 0.01;
     const STEP_S: f64 = 1e-3;

@@ -40,7 +40,8 @@ impl Fit {
     }
 }
 
-/// Expanded uncertainty of rectangles with the half-widths `a` and a standard uncertainty `u` of type A: the formula in the theory of work 1.
+/// Expanded uncertainty of rectangles with the half-widths `a` and a standard uncertainty `u` of type A: the formula in the theory of work
+/// 1.
 pub fn expanded(a: &[f64], u: f64) -> f64 {
     let mut a: Vec<f64> = a.iter().map(|a| a.abs()).collect();
     a.sort_by(|x, y| y.total_cmp(x));

@@ -93,7 +93,8 @@ pub fn accelerometer(logs: &Path) -> Values {
     .into()
 }
 
-/// Work 6: the drift of each cycle by the trapezoidal rule; a regression of the cycles and one of the five visits, of which the less certain counts.
+/// Work 6: the drift of each cycle by the trapezoidal rule; a regression of the cycles and one of the five visits, of which the less
+/// certain counts.
 pub fn drift(logs: &Path) -> Values {
     const EARTH_DEG_H: f64 = 15.041;
     /// 97.5 % of Student's t: two degrees of freedom.

@@ -1,4 +1,5 @@
-//! The panel's gate, walked on raw sockets: foreign, missing, double and malformed senders and addressees, tokens, names of files, bodies, slow and random clients.
+//! The panel's gate, walked on raw sockets: foreign, missing, double and malformed senders and addressees, tokens, names of files, bodies,
+//! slow and random clients.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
 

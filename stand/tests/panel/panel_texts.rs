@@ -1,5 +1,6 @@
-//! The words of the page: one table of keys, each in both languages; every key of the page is in it and every key in it is used. What the program gives as a kind with
-//! numbers has a key for each kind, whose arguments are those that the program gives: the source of the program is read for them.
+//! The words of the page: one table of keys, each in both languages; every key of the page is in it and every key in it is used. What the
+//! program gives as a kind with numbers has a key for each kind, whose arguments are those that the program gives: the source of the
+//! program is read for them.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -132,7 +133,8 @@ fn of_names(path: &str, head: &str) -> BTreeMap<String, BTreeSet<String>> {
     quoted(item(&program(path), head), "=> \"").into_iter().map(|name| (name.replace([' ', '-'], "_"), BTreeSet::new())).collect()
 }
 
-/// The keys that the program's kinds need, with the arguments that the program gives. Kinds whose sentence the program itself has are left out.
+/// The keys that the program's kinds need, with the arguments that the program gives. Kinds whose sentence the program itself has are left
+/// out.
 fn kinds() -> BTreeMap<String, BTreeSet<String>> {
     let report = "stand-report/src";
     let sentences = format!("{report}/explanation/sentences.rs");

@@ -1,5 +1,5 @@
-//! Works of the laboratory course on a real stand. The stand is the simulated controller with its console: in virtual time for each work, and served behind a
-//! pseudo-terminal for the commands.
+//! Works of the laboratory course on a real stand. The stand is the simulated controller with its console: in virtual time for each work,
+//! and served behind a pseudo-terminal for the commands.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;

@@ -1,7 +1,7 @@
 //! What a failure at any moment leaves: complete files or none, whole rows up to the last second, one clear line, a stand that has stopped.
 //!
-//! `STAND_MOMENTS` is the number of moments of each failure (a few in the tests, 200 in `scripts/full-benches.sh`); with `--nocapture` the table of
-//! docs/reliability.md is printed.
+//! `STAND_MOMENTS` is the number of moments of each failure (a few in the tests, 200 in `scripts/full-benches.sh`); with `--nocapture` the
+//! table of docs/reliability.md is printed.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
 

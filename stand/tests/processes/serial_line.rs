@@ -77,8 +77,8 @@ fn unusable_port_gives_one_line_and_status_2() {
     assert!(!folder.path().join("x.csv").exists(), "nothing was begun");
 }
 
-/// A line that is off for the first 0.7 s, and a line that flips a bit in one of 200 bytes: a single query is lost at first, or in one of eight
-/// connections.
+/// A line that is off for the first 0.7 s, and a line that flips a bit in one of 200 bytes: a single query is lost at first, or in one of
+/// eight connections.
 #[test]
 fn identification_is_repeated_after_damaged_lines() {
     let folder = folder();

@@ -1,4 +1,5 @@
-//! Campaigns: runs the analyses on simulated logs with known truth, compares the results with the accepted ones, prints tables and docs/figures.md.
+//! Campaigns: runs the analyses on simulated logs with known truth, compares the results with the accepted ones, prints tables and
+//! docs/figures.md.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -64,8 +65,8 @@ enum Command {
         #[arg(long)]
         check: bool,
     },
-    /// Simulates measurements with known truth, counts the 95 % intervals of `fit`, `calibrate`, `drift` and `allan` that contain it, and compares with the accepted
-    /// counts
+    /// Simulates measurements with known truth, counts the 95 % intervals of `fit`, `calibrate`, `drift` and `allan` that contain it, and
+    /// compares with the accepted counts
     Coverage {
         /// Only measurements whose name contains one of these texts, for example `drift/steady`
         only: Vec<String>,

@@ -1,7 +1,8 @@
 //! A log with the user's model and the truth, by name.
 //!
-//! `GROUP/…` is a drawn stand ([`crate::draw::Drawn`]); `KIND:GROUP/…` the same log with an imperfection ([`crate::dirt::Dirt`]); `empty:GROUP/…` the same log with a
-//! model that has no effects, so that all effects of the stand are hidden; `foreign/CASE` a log of another simulator, in the folder that `STAND_DATA` names.
+//! `GROUP/…` is a drawn stand ([`crate::draw::Drawn`]); `KIND:GROUP/…` the same log with an imperfection ([`crate::dirt::Dirt`]);
+//! `empty:GROUP/…` the same log with a model that has no effects, so that all effects of the stand are hidden; `foreign/CASE` a log of
+//! another simulator, in the folder that `STAND_DATA` names.
 
 use std::path::Path;
 

@@ -115,7 +115,8 @@ pub fn upper_limit(count: usize, of: usize) -> f64 {
     Beta::new(count as f64 + 1.0, (of - count) as f64).map_or(1.0, |beta| beta.inverse_cdf(0.95))
 }
 
-/// Two-sided exact p of McNemar's test (Psychometrika 12 (1947) 153): of the logs in which two programs differ, each is right in one half, if they are equally good.
+/// Two-sided exact p of McNemar's test (Psychometrika 12 (1947) 153): of the logs in which two programs differ, each is right in one half,
+/// if they are equally good.
 pub fn mcnemar(first_alone: usize, second_alone: usize) -> f64 {
     let (few, all) = (first_alone.min(second_alone) as u64, (first_alone + second_alone) as u64);
     Binomial::new(0.5, all).map_or(1.0, |half| (2.0 * half.cdf(few)).min(1.0))

@@ -1,8 +1,9 @@
 //! Campaigns: the answers of `explain` on fixed sets of logs, compared with those of the last accepted commit.
 //!
-//! A set is a list of names; a name determines its log. `tests/baselines/` holds, for each set, what the generator made (`*-logs.csv`: hash of log and model, what is
-//! hidden and whether it is visible) and what `explain` answered (`*.csv`). A changed simulator makes logs of another hash, which are not compared: a new set is then
-//! written, on which the old and the new program are both run. A changed engine changes answers.
+//! A set is a list of names; a name determines its log. `tests/baselines/` holds, for each set, what the generator made (`*-logs.csv`: hash
+//! of log and model, what is hidden and whether it is visible) and what `explain` answered (`*.csv`). A changed simulator makes logs of
+//! another hash, which are not compared: a new set is then written, on which the old and the new program are both run. A changed engine
+//! changes answers.
 //!
 //! * [`case`]: a log, the user's model and the truth by name;
 //! * [`sets`]: the names of each set;

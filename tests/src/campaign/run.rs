@@ -25,8 +25,8 @@ pub fn folder() -> PathBuf {
     target.join("campaigns")
 }
 
-/// Applies `work` to the ids that `path` has no record of, on all cores, and appends each record; prints a line for each. Returns all records in the order of the
-/// ids.
+/// Applies `work` to the ids that `path` has no record of, on all cores, and appends each record; prints a line for each. Returns all
+/// records in the order of the ids.
 ///
 /// # Errors
 /// The file cannot be read or written.
@@ -181,8 +181,8 @@ fn deviations(e: &Explanation, case: &Case) -> Vec<(String, f64)> {
     off.collect()
 }
 
-/// Phase shift of an eccentric disc when the angle counts from its own index, which is displaced by e sin φ, in whole counts; a row contains the
-/// middle of its count.
+/// Phase shift of an eccentric disc when the angle counts from its own index, which is displaced by e sin φ, in whole counts; a row
+/// contains the middle of its count.
 fn index_shift(truth: &identification::model::Model) -> f64 {
     let value = |name: &str| truth.value(name).unwrap_or(0.0);
     let count_rad = Hardware::default().rad_per_count();

@@ -11,10 +11,11 @@ use crate::draw::{MODES, OUTSIDERS, PROFILES, mode_name};
 /// A set of logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {
-    /// Every effect twice, 60 logs with nothing hidden, 30 with imperfections, 22 outsiders, 20 pairs, 10 triples, 10 from a model without effects, and the logs of
-    /// another simulator.
+    /// Every effect twice, 60 logs with nothing hidden, 30 with imperfections, 22 outsiders, 20 pairs, 10 triples, 10 from a model without
+    /// effects, and the logs of another simulator.
     Daily,
-    /// 600 logs with nothing hidden, 300 outsiders, 300 with imperfections, 120 pairs, 120 triples, every effect from a model without effects.
+    /// 600 logs with nothing hidden, 300 outsiders, 300 with imperfections, 120 pairs, 120 triples, every effect from a model without
+    /// effects.
     Release,
 }
 

@@ -1,10 +1,11 @@
 //! Whether a hidden effect is visible in a log: a fact of the generator, whatever `explain` answers.
 //!
-//! An effect is visible if the true model is expected to have a 2 Δ ln L of at least [`MIN_GAIN`] against the best model without the effect, all nuisances fitted
-//! again. The stand is simulated once more with the same experiment and without noise; both models are fitted to that log, with the true values as start and the noise
-//! that the generator adds as weights: the rate's and the current's white noise, and the counts of the angle, q/√12. The difference of the two χ² is the expected gain (the
-//! noncentrality of the likelihood ratio: Wilks; Rao, Linear Statistical Inference, 1973, 6e). Where even the true model cannot follow the whole log (impacts of a
-//! play are chaotic), rows in windows of 1 s are compared.
+//! An effect is visible if the true model is expected to have a 2 Δ ln L of at least [`MIN_GAIN`] against the best model without the
+//! effect, all nuisances fitted again. The stand is simulated once more with the same experiment and without noise; both models are fitted
+//! to that log, with the true values as start and the noise that the generator adds as weights: the rate's and the current's white noise,
+//! and the counts of the angle, q/√12. The difference of the two χ² is the expected gain (the noncentrality of the likelihood ratio: Wilks;
+//! Rao, Linear Statistical Inference, 1973, 6e). Where even the true model cannot follow the whole log (impacts of a play are chaotic),
+//! rows in windows of 1 s are compared.
 
 use std::ops::Range;
 

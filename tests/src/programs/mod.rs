@@ -1,7 +1,7 @@
 //! Logs as other programs write them: oscilloscopes, motor controllers, spreadsheets, scientific software.
 //!
-//! In: a log of the simulated stand. Out: the bytes of files in the formats of these programs, with what the owner of such a file has to state and the
-//! columns that must arrive. The formats are written from the programs' own exports; nothing is recorded.
+//! In: a log of the simulated stand. Out: the bytes of files in the formats of these programs, with what the owner of such a file has to
+//! state and the columns that must arrive. The formats are written from the programs' own exports; nothing is recorded.
 
 mod controllers;
 mod instruments;

@@ -1,4 +1,5 @@
-//! Fits of logs under the speed loop, where the noise of the encoder returns in the voltage. More logs: `cargo run -p stand-tests --bin campaign -- coverage fit/rate`.
+//! Fits of logs under the speed loop, where the noise of the encoder returns in the voltage. More logs:
+//! `cargo run -p stand-tests --bin campaign -- coverage fit/rate`.
 
 use hal_sim::plant::Stand;
 use identification::deadline::Deadline;
@@ -49,7 +50,8 @@ fn inductance_under_the_speed_loop_has_no_bias_of_the_encoders_noise() {
     assert!(with < 0.15e-6 && without > 2.0 * with, "{with} {without}");
 }
 
-/// Play makes the voltage jump within the rows. What the log leaves open of it is then the larger part of some standard errors, and the answer says so.
+/// Play makes the voltage jump within the rows. What the log leaves open of it is then the larger part of some standard errors, and the
+/// answer says so.
 #[test]
 fn standard_errors_by_the_voltage_within_the_rows_are_said() {
     for (id, is_open) in [("own/backlash/rate/multi-step/2000", true), ("nulls/rate/multi-step/2000", false)] {

@@ -1,4 +1,5 @@
-//! Imperfections of a bench are not called physics, and physics is found beside them. More logs: `cargo run -p stand-tests --bin campaign -- explain KIND:`.
+//! Imperfections of a bench are not called physics, and physics is found beside them. More logs:
+//! `cargo run -p stand-tests --bin campaign -- explain KIND:`.
 
 use std::collections::BTreeMap;
 
@@ -62,14 +63,16 @@ fn less_than_a_count_is_not_lost() {
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["cable-spring".to_owned()][..]));
 }
 
-/// Beside viscous friction the voltage between slow rows leaves an error. A free function of the rate contains viscous friction and fits slightly better.
+/// Beside viscous friction the voltage between slow rows leaves an error. A free function of the rate contains viscous friction and fits
+/// slightly better.
 #[test]
 fn effect_is_named_rather_than_its_own_shape() {
     let e = answer("own/viscous/voltage/multi-step/9001", Dirt::SlowInstant);
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["viscous".to_owned()][..]));
 }
 
-/// Rows of 5 ms under the speed loop do not show what the voltage does within them. A gear ripple fits that, with a gain that is significant against the noise alone.
+/// Rows of 5 ms under the speed loop do not show what the voltage does within them. A gear ripple fits that, with a gain that is
+/// significant against the noise alone.
 #[test]
 fn what_the_voltage_may_do_within_slow_rows_is_no_effect() {
     let e = answer("nulls/rate/multisine/7100", Dirt::SlowMean);
@@ -79,14 +82,16 @@ fn what_the_voltage_may_do_within_slow_rows_is_no_effect() {
     assert!(ripple.p_value < 1e-3, "against the noise alone: {}", ripple.p_value);
 }
 
-/// Coulomb and viscous friction that drift in opposite directions: together they are more significant than each, and together the voltage within the rows moves them.
+/// Coulomb and viscous friction that drift in opposite directions: together they are more significant than each, and together the voltage
+/// within the rows moves them.
 #[test]
 fn two_amplitudes_together_do_not_imitate_the_voltage_within_slow_rows() {
     let e = answer("known/rate/sweep/9635", Dirt::SlowMean);
     assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{:?}", e.missing);
 }
 
-/// A small effect imitates what the voltage does within the rows, which no note tells: cogging in a null; beside a load step a torque ripple of 0.16 %.
+/// A small effect imitates what the voltage does within the rows, which no note tells: cogging in a null; beside a load step a torque
+/// ripple of 0.16 %.
 #[test]
 fn no_effect_imitates_the_voltage_within_slow_rows() {
     for (id, hidden) in [("nulls/voltage/multi-step/9038", None), ("own/load-step/voltage/multi-step/9013", Some("load-step"))] {
@@ -104,7 +109,8 @@ fn another_way_of_recording_is_preferred_to_a_second_effect() {
     assert!(e.remarks.iter().any(moves), "{:?}", e.remarks);
 }
 
-/// Angles of a slow drive do not tell in most rows which times are right, by the encoder's counts. With the stamps, beside the shaft, a torque ripple seems to help.
+/// Angles of a slow drive do not tell in most rows which times are right, by the encoder's counts. With the stamps, beside the shaft, a
+/// torque ripple seems to help.
 #[test]
 fn scattered_stamps_of_a_slow_drive_are_no_effect() {
     let e = answer("own/compliance/voltage/multisine/9014", Dirt::Jitter);
@@ -154,7 +160,8 @@ fn deviations(id: &str, dirt: Dirt) -> Vec<(String, f64)> {
     fitted(&dirt.on(&drawn.log(), drawn.seed()), &truth).into_iter().map(deviation).collect()
 }
 
-/// A voltage that is stated to be held adds nothing to the standard errors, and is constant within the row also if its values are stated to be at t.
+/// A voltage that is stated to be held adds nothing to the standard errors, and is constant within the row also if its values are stated to
+/// be at t.
 #[test]
 fn note_states_that_the_voltage_is_held() {
     let drawn = Drawn::by_name("own/quadratic-drag/voltage/multi-step/9007").expect("a log of the table");
@@ -170,8 +177,8 @@ fn note_states_that_the_voltage_is_held() {
     assert_eq!(inductance(Some("at t, held")), held);
 }
 
-/// The voltage is updated once per millisecond, a fifth of a row of 5 ms. The lag of half of that looks as an inductance of five times the true one. Of a standard error by times that are even
-/// between 0 and a row, which is that of a whole row over √3, it is √3/5 = 0.35.
+/// The voltage is updated once per millisecond, a fifth of a row of 5 ms. The lag of half of that looks as an inductance of five times the
+/// true one. Of a standard error by times that are even between 0 and a row, which is that of a whole row over √3, it is √3/5 = 0.35.
 #[test]
 fn standard_errors_cover_how_long_values_are_held() {
     for (name, deviation) in deviations("nulls/voltage/multisine/9300", Dirt::SlowInstant) {
@@ -180,7 +187,8 @@ fn standard_errors_cover_how_long_values_are_held() {
     }
 }
 
-/// What the voltage does within slow rows shifts parameters by more than the noise: under the speed loop it moves, in voltage mode it jumps with the profile.
+/// What the voltage does within slow rows shifts parameters by more than the noise: under the speed loop it moves, in voltage mode it jumps
+/// with the profile.
 #[test]
 fn standard_errors_cover_what_the_voltage_may_do_within_slow_rows() {
     let e = answer("own/inertia-variation/rate/multisine/9017", Dirt::SlowMean);

@@ -141,7 +141,8 @@ fn own_cogging_is_found_and_leaves_the_noise() {
     assert_eq!(order(&e.model), stand.effects["cogging"].get("cogging_order").copied());
 }
 
-/// Without a measured temperature the coefficient of the resistance and the heat capacity have no scale. The answer says so, and gives the values of a copper winding.
+/// Without a measured temperature the coefficient of the resistance and the heat capacity have no scale. The answer says so, and gives the
+/// values of a copper winding.
 #[test]
 fn temperature_of_the_winding_has_no_scale_without_a_thermometer() {
     let mut stand = Stand::default();
@@ -163,8 +164,8 @@ fn temperature_of_the_winding_has_no_scale_without_a_thermometer() {
     assert!((K_W / truth["thermal_K_W"] - 1.0).abs() < 0.5, "{K_W} K/W, {J_K} J/K of {truth:?}");
 }
 
-/// Under the speed loop a soft shaft may oscillate until the drive trips. Above the resonance the platform opposes the motor, which is no exchange of columns and no
-/// reversed sign.
+/// Under the speed loop a soft shaft may oscillate until the drive trips. Above the resonance the platform opposes the motor, which is no
+/// exchange of columns and no reversed sign.
 #[test]
 fn oscillating_shaft_is_no_defect_of_the_log() {
     for seed in 2000..2030 {
@@ -275,7 +276,8 @@ fn linear_axis_has_coulomb_then_asymmetric_friction_and_no_quadratic_drag() {
     let log = || Log::read(data.join("emps_train.csv")).unwrap();
     let text = "[drive]\ninput = \"torque_N_m\"\neffects = [\"viscous\"]\n[parameters]\ninertia_kg_m2 = 100.0\nviscous_N_m_s = 200.0\n";
     let e = answer(vec![log()], &Model::parse(text, "viscous alone").unwrap());
-    // A load step, Stribeck friction and a spring remove a third of the remainder, at 154 × the noise: they are removed again, and what is left is not noise.
+    // A load step, Stribeck friction and a spring remove a third of the remainder, at 154 × the noise: they are removed again, and what is
+    // left is not noise.
     assert_eq!(
         (e.verdict, e.missing.as_slice()),
         (Verdict::PartlyExplained, &["coulomb".to_owned(), "asymmetric-friction".to_owned()][..])
@@ -287,7 +289,8 @@ fn linear_axis_has_coulomb_then_asymmetric_friction_and_no_quadratic_drag() {
     assert!(!e.missing.iter().any(|m| m == "quadratic-drag"));
 }
 
-/// Of two hidden effects the first is settled when the limit ends the search; the next run finds the second, as one run does. Neither depends on the number of threads.
+/// Of two hidden effects the first is settled when the limit ends the search; the next run finds the second, as one run does. Neither
+/// depends on the number of threads.
 #[test]
 fn continued_search_gives_the_same_answer() {
     let drawn = Drawn::by_name("several/2/voltage/multi-step/24007").expect("a log of the table");

@@ -24,9 +24,9 @@ fn rms(fit: &FitResult, shows: Channel) -> f64 {
     fit.channels.iter().find(|c| c.channel == shows).unwrap().rms
 }
 
-/// Tolerances. Rate and current: χ²/n of 30 000 rows of white noise scatters by 0.008; 0.02 exceeds that and is below a misfit of half a sample.
-/// The angle's error is quantisation: it is correlated between rows and its size beats with the rate, so its noise estimate is less accurate.
-/// `cargo bench -p stand-tests --bench foreign_cases` prints the exact values.
+/// Tolerances. Rate and current: χ²/n of 30 000 rows of white noise scatters by 0.008; 0.02 exceeds that and is below a misfit of half a
+/// sample. The angle's error is quantisation: it is correlated between rows and its size beats with the rate, so its noise estimate is less
+/// accurate. `cargo bench -p stand-tests --bench foreign_cases` prints the exact values.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
 fn true_model_of_another_simulator_leaves_only_noise() {
@@ -92,8 +92,9 @@ fn fit_finds_the_parameters_of_another_simulator() {
     assert!(beyond(3.0).len() <= 2, "{:?} of {}", beyond(3.0), deviations.len());
 }
 
-/// The published values are from an equation-error fit; a free run weights the error differently (README of the records): hence ranges that contain
-/// both. The published offset is on the friction side, τ = M a + F_v v + F_c sign v + offset; `load` acts on the rotor: load = −offset.
+/// The published values are from an equation-error fit; a free run weights the error differently (README of the records): hence ranges that
+/// contain both. The published offset is on the friction side, τ = M a + F_v v + F_c sign v + offset; `load` acts on the rotor: load =
+/// −offset.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
 fn axis_of_emps_is_found_from_rough_starts() {
@@ -124,8 +125,8 @@ fn axis_of_emps_is_found_from_rough_starts() {
     }
 }
 
-/// Rate and voltage only: K and the time constant J R/K² are identifiable, J and R separately are not, so R is fixed. u has two levels, so that
-/// Coulomb friction, dead zone and offset are equivalent, and one of them suffices.
+/// Rate and voltage only: K and the time constant J R/K² are identifiable, J and R separately are not, so R is fixed. u has two levels, so
+/// that Coulomb friction, dead zone and offset are equivalent, and one of them suffices.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
 fn gear_motor_is_identified_with_its_delay() {

@@ -9,7 +9,8 @@ fn committed<R: serde::de::DeserializeOwned>(name: &str) -> Vec<R> {
     read(&baselines().join(name)).expect("a committed file")
 }
 
-/// A log of each kind that the simulator makes. After a change of the simulator: `campaign logs`, then `campaign explain` with the old and the new program.
+/// A log of each kind that the simulator makes. After a change of the simulator: `campaign logs`, then `campaign explain` with the old and
+/// the new program.
 #[test]
 fn simulator_makes_the_frozen_logs() {
     let logs: Vec<LogRecord> = committed("explain-daily-logs.csv");

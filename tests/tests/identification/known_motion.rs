@@ -98,7 +98,8 @@ fn errors_of_a_resolver_are_found() {
     assert_eq!((slow.verdict, slow.missing.as_slice()), (Verdict::EffectFound, &["sensor-lag".to_owned()][..]));
     assert!((slow.model.value("lag_s").unwrap_or(f64::NAN) - tau_s).abs() < 1e-4, "{:?}", slow.model.value("lag_s"));
 
-    // A slope that varies with the angle, as that of a potentiometer, is not in the catalogue: its mean is named, and that something is left.
+    // A slope that varies with the angle, as that of a potentiometer, is not in the catalogue: its mean is named, and that something is
+    // left.
     let bent = answer_of_angle(|t| motion(t).1 + 2e-4 * motion(t).1.powi(2));
     assert_eq!((bent.verdict, bent.missing.as_slice()), (Verdict::PartlyExplained, &["rate-scale".to_owned()][..]));
 }
@@ -139,8 +140,8 @@ fn eccentricity_of_the_reference_is_named() {
 
 #[test]
 fn errors_of_the_sensor_under_test_are_found_on_the_stands_own_logs() {
-    // Seeds 1 to 8: scale, bias, cubic nonlinearity, lag, g-sensitivity, mounting, quadratic nonlinearity, none. With seed 49, a scale, the search comes back to
-    // effects that it had.
+    // Seeds 1 to 8: scale, bias, cubic nonlinearity, lag, g-sensitivity, mounting, quadratic nonlinearity, none. With seed 49, a scale, the
+    // search comes back to effects that it had.
     for seed in (1..=8).chain([49]) {
         let answer = sensor::answer(seed);
         let right = match answer.kind {

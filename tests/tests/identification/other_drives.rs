@@ -1,5 +1,5 @@
-//! Drives unlike the stand's: a bridge that coasts, a motor that is disconnected, a position servo. Each is simulated here with steps of 10 µs,
-//! switched and not averaged.
+//! Drives unlike the stand's: a bridge that coasts, a motor that is disconnected, a position servo. Each is simulated here with steps of 10
+//! µs, switched and not averaged.
 
 use identification::deadline::Deadline;
 use identification::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};

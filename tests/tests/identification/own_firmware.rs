@@ -28,9 +28,9 @@ fn deviations(held: &FitResult) -> Vec<f64> {
     TRUTH.iter().enumerate().map(|(p, (_, truth))| (held.parameters.list[p].value - truth) / held.sigmas[p]).collect()
 }
 
-/// χ²/n of 12 000 rows of white noise scatters by 0.013, and the noise estimate by as much. A current at the wrong end of its row or a rate half a
-/// row late gives tens. The angle's quantisation is not random (see foreign_cases): under rate control, counts beat with the rows and leave less
-/// than the estimated noise, so only values above 1.04 are an error.
+/// χ²/n of 12 000 rows of white noise scatters by 0.013, and the noise estimate by as much. A current at the wrong end of its row or a rate
+/// half a row late gives tens. The angle's quantisation is not random (see foreign_cases): under rate control, counts beat with the rows
+/// and leave less than the estimated noise, so only values above 1.04 are an error.
 #[test]
 fn true_model_leaves_only_noise_open_and_closed_loop() {
     let wrong: Vec<String> = each_log()

@@ -36,8 +36,8 @@ fn value(held: &FitResult, name: &str) -> f64 {
     held.parameters.list.iter().find(|p| p.name == name).unwrap().value
 }
 
-/// Tolerance of the force error, in per cent of the force. The margin at the record's ends and the row at which decimation starts change it by
-/// 0.07.
+/// Tolerance of the force error, in per cent of the force. The margin at the record's ends and the row at which decimation starts change it
+/// by 0.07.
 const FORCE_ERROR: f64 = 0.1;
 
 /// The published offset is on the friction side: load = −offset. Another filter may change inertia by 2 % and friction by 5 %.
@@ -61,8 +61,8 @@ fn equation_error_finds_the_published_values_of_emps() {
     }
 }
 
-/// The log's convention (force as the mean over its row) leaves a smaller residual than the authors' interpretation, most of all under the pulses,
-/// and changes the parameters by no more than the published tolerance.
+/// The log's convention (force as the mean over its row) leaves a smaller residual than the authors' interpretation, most of all under the
+/// pulses, and changes the parameters by no more than the published tolerance.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
 fn force_of_emps_is_the_mean_over_its_row() {
@@ -95,8 +95,8 @@ fn pulses_leave_the_published_force_error() {
     assert!((held.error_percent - 5.98).abs() < FORCE_ERROR, "{} %", held.error_percent);
 }
 
-/// A free run weights accumulated errors, so its mass is below that of the equation error and its Coulomb friction above (README of the records: M
-/// near 89, Fv 163, Fc 25, from positions). `stand` compares increments, and its result is between the two.
+/// A free run weights accumulated errors, so its mass is below that of the equation error and its Coulomb friction above (README of the
+/// records: M near 89, Fv 163, Fc 25, from positions). `stand` compares increments, and its result is between the two.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
 fn free_run_of_emps_is_between_the_published_free_run_and_the_equation_error() {
@@ -129,8 +129,9 @@ fn asymmetric_friction_of_one_record_of_emps_improves_the_other() {
     assert!(asymmetric < 0.75 * coulomb, "{coulomb} mm, {asymmetric} mm");
 }
 
-/// The positions themselves as objective, as the published free runs have it: structure and parameters from the first record alone, the pulses used once. Published
-/// rms: 8.0 mm (Coulomb), 5.4 mm (asymmetric), 4.25 mm (with Stribeck), 2.64 mm (a neural network with the structure of the model).
+/// The positions themselves as objective, as the published free runs have it: structure and parameters from the first record alone, the
+/// pulses used once. Published rms: 8.0 mm (Coulomb), 5.4 mm (asymmetric), 4.25 mm (with Stribeck), 2.64 mm (a neural network with the
+/// structure of the model).
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
 fn free_run_of_emps_fitted_to_positions_is_near_the_published_ones() {
@@ -214,10 +215,10 @@ fn rms_and_bic(held: &FitResult) -> (f64, f64) {
 /// Half of the 20 ms over which the rate is counted.
 const WINDOW_CENTRE_S: f64 = 0.010;
 
-/// Known delay near 15 ms, ± 5 ms (a quarter of a row), for a rate taken as instantaneous. With that interpretation the skew is the whole delay;
-/// with the rate as a mean, the delay is the window's centre plus the skew. The two differ because a mean also smooths, which the instantaneous
-/// model replaces by inertia: by less than 5 ms, a quarter of the window. An exact first-order model on a 1 ms grid leaves 0.0543 rad/s at 8.5 ms;
-/// its resolution is 0.5 ms.
+/// Known delay near 15 ms, ± 5 ms (a quarter of a row), for a rate taken as instantaneous. With that interpretation the skew is the whole
+/// delay; with the rate as a mean, the delay is the window's centre plus the skew. The two differ because a mean also smooths, which the
+/// instantaneous model replaces by inertia: by less than 5 ms, a quarter of the window. An exact first-order model on a 1 ms grid leaves
+/// 0.0543 rad/s at 8.5 ms; its resolution is 0.5 ms.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
 fn delay_of_the_gear_motor_equals_the_known_one() {
@@ -258,8 +259,8 @@ fn delay_of_the_gear_motor_is_not_a_lag_or_an_elastic_shaft() {
 /// Harmonic orders of the slow run, from its README.
 const ORDERS: [u32; 5] = [7, 28, 14, 36, 12];
 
-/// The map was measured at rest, the run under friction, which leads by part of a cogging period: a shift of at most 1/256 turn is allowed. A map
-/// binned from the run correlates 0.97 after that shift; the five sines omit the noise.
+/// The map was measured at rest, the run under friction, which leads by part of a cogging period: a shift of at most 1/256 turn is allowed.
+/// A map binned from the run correlates 0.97 after that shift; the five sines omit the noise.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
 fn cogging_of_the_slow_run_equals_the_map_measured_at_rest() {

@@ -2,8 +2,9 @@
 
 use stand_tests::campaign::coverage::allan::Mixture;
 
-/// Strong random walk, of which variances at averaging factors 1 : 64 correlate by 0.17. Without these correlations the covariance matrix was not positive
-/// definite, and the fit of this record had a quantisation noise that the record does not have, with N, B and K 5, 3 and 12 U off.
+/// Strong random walk, of which variances at averaging factors 1 : 64 correlate by 0.17. Without these correlations the covariance matrix
+/// was not positive definite, and the fit of this record had a quantisation noise that the record does not have, with N, B and K 5, 3 and
+/// 12 U off.
 #[test]
 fn strong_random_walk_is_no_quantisation() {
     let folder = std::env::temp_dir().join(format!("stand-allan-mixture-{}", std::process::id()));

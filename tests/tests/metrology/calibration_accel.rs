@@ -26,8 +26,9 @@ seconds = 8.0
     )
 }
 
-/// A device with 2 % scale error, misaligned by 1.2°, with biases on both axes. It has no flicker noise and no random walk, so that the bias of each session,
-/// the mean over its steps, is the nominal one; with the default 40 µg it differs from it by up to 5e-4 m/s², more than its U. The bench of the coverage has them.
+/// A device with 2 % scale error, misaligned by 1.2°, with biases on both axes. It has no flicker noise and no random walk, so that the
+/// bias of each session, the mean over its steps, is the nominal one; with the default 40 µg it differs from it by up to 5e-4 m/s², more
+/// than its U. The bench of the coverage has them.
 fn accel(leans_rad: f64, steps: &str, seed: u64) -> Findings {
     let stand = format!(
         "[imu]\naccel_scale = 1.02\naccel_bias_m_s2 = 0.15\naccel_bias_instability_m_s2 = 0.0\nchi_rad = {}\ntilt_rad = {leans_rad}\n",
@@ -93,7 +94,8 @@ fn accelerometer_is_insensitive_near_rest() {
     assert!(found(&findings, "combined_rms_rad_s").value < 0.02);
 }
 
-/// An encoder whose disc is off its axis by 4 mrad: φ = θ + e sin(θ + 0.7), counted from the index. The whole staircase turns in both senses.
+/// An encoder whose disc is off its axis by 4 mrad: φ = θ + e sin(θ + 0.7), counted from the index. The whole staircase turns in both
+/// senses.
 #[test]
 fn an_eccentric_encoder_is_corrected() {
     let (eccentricity_rad, phase_rad) = (4e-3, 0.7_f64);

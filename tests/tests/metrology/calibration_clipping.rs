@@ -9,7 +9,8 @@ fn staircase(name: &str, amplitude: f64) -> String {
     )
 }
 
-/// The range of the simulated gyro, ± 2294 °/s, is 40.0 rad/s. With a scale of 2 it is reached at 20 rad/s: a staircase to 30 rad/s gave a scale of 1.44 ± 0.025.
+/// The range of the simulated gyro, ± 2294 °/s, is 40.0 rad/s. With a scale of 2 it is reached at 20 rad/s: a staircase to 30 rad/s gave a
+/// scale of 1.44 ± 0.025.
 #[test]
 fn clipped_staircase_is_left_out() {
     let session = format!("what = 'gyro'\n{}{}", staircase("within", 15.0), staircase("beyond", 30.0));

@@ -154,8 +154,8 @@ fn drive_of_theory_4_has_its_time_constant() {
 
 /// docs/theory.md §4: J Ω′ = k i − b Ω − Mc integrated over noisy records of 20 s, the rate regressed on [∫i, −∫Ω, −t].
 ///
-/// The current's noise is a random walk in ∫i, on this stand larger than the rate's noise: σ of b would be ten times too small. The differenced law
-/// between successive rates is also valid, and its noise is white.
+/// The current's noise is a random walk in ∫i, on this stand larger than the rate's noise: σ of b would be ten times too small. The
+/// differenced law between successive rates is also valid, and its noise is white.
 #[test]
 fn integrated_law_identifies_the_drive_from_its_own_current() {
     let one_way = "what = 'drive'

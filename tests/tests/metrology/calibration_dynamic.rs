@@ -7,7 +7,8 @@ use stand_tests::calibration::{assert_covers, calibrated, found};
 /// The chip's own low-pass at the rate at which the stand reads it (LPF1 at 1667 Hz).
 const FILTER_HZ: f64 = 304.2;
 
-/// The static steps of a gyro's session; their full scale contains the rates of the sines, 16 ± 8 rad/s. A change of 12 rad/s takes 0.2 s, so a shorter dwell leaves no plateau.
+/// The static steps of a gyro's session; their full scale contains the rates of the sines, 16 ± 8 rad/s. A change of 12 rad/s takes 0.2 s,
+/// so a shorter dwell leaves no plateau.
 const STATIC: &str = "
 [[steps]]
 name = 'staircase'
@@ -103,8 +104,8 @@ fn rate_sensor_of_the_stand_is_first_order_at_523_Hz() {
     assert!(matches!(found(&findings, "bandwidth_Hz").meaning, Some(Meaning::Bandwidth { structure: Structure::FirstOrder, .. })));
 }
 
-/// A nonlinear device has another slope at each mean rate and amplitude, and the platform has others at each frequency: without linearisation the damping
-/// was off by 2.5 u and the dynamic scale by 54 U.
+/// A nonlinear device has another slope at each mean rate and amplitude, and the platform has others at each frequency: without
+/// linearisation the damping was off by 2.5 u and the dynamic scale by 54 U.
 #[test]
 fn nonlinear_device_has_its_damping_and_its_slope_at_the_stated_rates() {
     let (quadratic, cubic) = (6e-5, 1.2e-5);

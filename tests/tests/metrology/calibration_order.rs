@@ -79,7 +79,8 @@ seconds = 41.0
     }
 }
 
-/// The bias of a warming device holds at a stated temperature: without the temperature in the fit it was 0.0155 ± 0.0013 rad/s beside no temperature.
+/// The bias of a warming device holds at a stated temperature: without the temperature in the fit it was 0.0155 ± 0.0013 rad/s beside no
+/// temperature.
 #[test]
 fn bias_of_a_warming_device_has_its_temperature() {
     let rest = "\n[[steps]]\nname = 'rest'\nmode = 'off'\nseconds = 20.0\n";

@@ -33,7 +33,8 @@ dwell_s = 1.2
 seconds = 30.0
 ";
     let findings = calibrated(stand, session, 1).findings;
-    // Twenty means over a second scatter by 9e-5 rad/s over 4 K; the thermometer's error is up to 0.1 K. The reading includes the scale factor.
+    // Twenty means over a second scatter by 9e-5 rad/s over 4 K; the thermometer's error is up to 0.1 K. The reading includes the scale
+    // factor.
     assert_covers(&findings, "bias_per_K_rad_s", 0.98 * 4e-4, 0.1 * 4e-4);
     // Relative to the scale at its mean temperature, about 6 K above 25 °C: 0.3 %.
     assert_covers(&findings, "scale_per_K", 5e-4 / (1.0 + 6.0 * 5e-4), 0.1 * 5e-4);

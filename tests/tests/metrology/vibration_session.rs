@@ -1,4 +1,5 @@
-//! Vibration compensation by the firmware's own observer on the simulated board: how much of the constant azimuth error is removed at poles of 100 1/s.
+//! Vibration compensation by the firmware's own observer on the simulated board: how much of the constant azimuth error is removed at poles
+//! of 100 1/s.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::board::linear_motor::LinearMotor;

@@ -1,10 +1,10 @@
 //! The layering that ARCHITECTURE.md states, checked against the source.
 //!
-//! The tables of ARCHITECTURE.md are the specification: a crate may depend on the crates of its row, a folder of `identification/src`
-//! may import from its own layer or below, and no crate has an import circle (cycle) between files. The imports are read from the source with `syn`: `use`
-//! declarations and paths, without test modules. A re-export (`pub use`) does not count as an import; a name imported through a re-export counts
-//! as an import of the file that defines it. Names of a module's own submodules do not count either, so that a circle is always between siblings
-//! or between folders; in `explain` they count.
+//! The tables of ARCHITECTURE.md are the specification: a crate may depend on the crates of its row, a folder of `identification/src` may
+//! import from its own layer or below, and no crate has an import circle (cycle) between files. The imports are read from the source with
+//! `syn`: `use` declarations and paths, without test modules. A re-export (`pub use`) does not count as an import; a name imported through
+//! a re-export counts as an import of the file that defines it. Names of a module's own submodules do not count either, so that a circle is
+//! always between siblings or between folders; in `explain` they count.
 #![allow(clippy::unwrap_used)]
 
 mod circles;

@@ -1,7 +1,8 @@
-//! Every effect with each of its parameters, every number of a stand's file, and every profile with each of its parameters changes an output.
+//! Every effect with each of its parameters, every number of a stand's file, and every profile with each of its parameters changes an
+//! output.
 //!
-//! `hal-sim/tests/firmware/settings.rs` tests settings on a linear motor. Here the numbers of the stand's file are enumerated, so that new ones are tested
-//! too. `stand/tests/command/options.rs` tests the options of the command.
+//! `hal-sim/tests/firmware/settings.rs` tests settings on a linear motor. Here the numbers of the stand's file are enumerated, so that new
+//! ones are tested too. `stand/tests/command/options.rs` tests the options of the command.
 #![allow(clippy::unwrap_used)]
 
 use drive_model::{Card, Domain, Parameter, ParameterKind, cards};
@@ -113,8 +114,8 @@ fn run_file(file: &Table, request: SessionRequest) -> Record {
     session(&Stand::parse(&toml::to_string(file).unwrap()).unwrap(), request)
 }
 
-/// Changes parameters in the stand's file, effect by effect. Winding heating is visible within seconds in the measured temperature and in the
-/// winding resistance. The true series is not compared, because no sensor measures it.
+/// Changes parameters in the stand's file, effect by effect. Winding heating is visible within seconds in the measured temperature and in
+/// the winding resistance. The true series is not compared, because no sensor measures it.
 #[test]
 fn every_parameter_of_every_effect_changes_the_record() {
     let silent: Vec<String> = cards()

@@ -1,4 +1,5 @@
-//! Files of other programs (`stand_tests::programs`): nothing about them is believed wrongly, what is not certain is asked, and their numbers arrive.
+//! Files of other programs (`stand_tests::programs`): nothing about them is believed wrongly, what is not certain is asked, and their
+//! numbers arrive.
 
 use std::path::Path;
 

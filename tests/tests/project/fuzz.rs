@@ -1,7 +1,8 @@
 //! Mutated inputs of every format: no panic, no answer without end.
 //!
-//! `STAND_FUZZ` is the number of inputs of each format (10 000 in the tests, a million in `scripts/full-benches.sh`), `STAND_FUZZ_SEED` the first seed. An
-//! input is determined by its seed and the files of `corpus/`; one that fails is printed with its seed and written below `target/`.
+//! `STAND_FUZZ` is the number of inputs of each format (10 000 in the tests, a million in `scripts/full-benches.sh`), `STAND_FUZZ_SEED` the
+//! first seed. An input is determined by its seed and the files of `corpus/`; one that fails is printed with its seed and written below
+//! `target/`.
 #![allow(clippy::unwrap_used)]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

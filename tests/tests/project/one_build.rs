@@ -1,5 +1,5 @@
-//! `cargo run`, the wheel and the tests share one build: no crate of theirs is compiled with other features than the workspace has. A crate that differs is compiled again with all
-//! that depends on it, which doubles the time of a fresh clone.
+//! `cargo run`, the wheel and the tests share one build: no crate of theirs is compiled with other features than the workspace has. A crate
+//! that differs is compiled again with all that depends on it, which doubles the time of a fresh clone.
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! Every injected fault during rotation switches the drive off. The first cause is latched and reported with advice. FAULt:CLEar restores operation
-//! after the cause is gone.
+//! Every injected fault during rotation switches the drive off. The first cause is latched and reported with advice. FAULt:CLEar restores
+//! operation after the cause is gone.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::faults::FaultKind;

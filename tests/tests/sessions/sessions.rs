@@ -1,5 +1,5 @@
-//! Sessions of the complete firmware on the simulated stand: spin-up, every mode, every profile. Compared: firmware values, sensor readings, true
-//! motion.
+//! Sessions of the complete firmware on the simulated stand: spin-up, every mode, every profile. Compared: firmware values, sensor
+//! readings, true motion.
 #![allow(clippy::unwrap_used)]
 
 use std::f64::consts::TAU;

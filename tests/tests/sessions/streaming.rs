@@ -28,8 +28,8 @@ fn frames_damaged_by_the_line_are_counted_and_dropped() {
         host.inject_fault(FaultKind::LineFlips, f64::INFINITY, Some(1e-4));
         let counts = record(host, 20, |_, _| ()).await;
         println!("{counts:?}");
-        // About 60 bytes per row: one row in 170 is damaged, and a gap in the frame numbers shows it. Two frames become one if the 00 between them is
-        // damaged.
+        // About 60 bytes per row: one row in 170 is damaged, and a gap in the frame numbers shows it. Two frames become one if the 00
+        // between them is damaged.
         assert!(counts.damaged > 50 && counts.missing > 50 && counts.rows > 19_000, "{counts:?}");
         assert!(counts.rows + counts.missing >= 19_950, "{counts:?}");
     });

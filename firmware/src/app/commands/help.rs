@@ -1,7 +1,7 @@
 //! `HELP?`: all commands and queries, one per line, from the tables that dispatch them.
 //!
-//! A line consists of the header, the parameters in angle brackets or the reply after `->`, two spaces, and a description. An empty line ends the
-//! list.
+//! A line consists of the header, the parameters in angle brackets or the reply after `->`, two spaces, and a description. An empty line
+//! ends the list.
 
 use super::{Action, Entry, GROUPS, List, entry, profile, settings};
 use core::fmt::{self, Write};

@@ -1,4 +1,5 @@
-//! `MEASure`: the newest row, and the estimates of turns, rate stability, drive, sensor, timing and clock. `FORMat:UNITs`: the form of all numbers in replies.
+//! `MEASure`: the newest row, and the estimates of turns, rate stability, drive, sensor, timing and clock. `FORMat:UNITs`: the form of all
+//! numbers in replies.
 
 use super::{Action, Done, Entry, entry};
 use crate::app::state::State;

@@ -22,7 +22,8 @@ use stand_firmware::board::{CONTROL_HZ, Drive};
 const PWM_HZ: u32 = 20_000;
 /// Top of the counter, and the compare counts at full scale. In centre-aligned mode a PWM period is 2 · ARR cycles (RM0390 §16.3.2).
 pub const TOP: u16 = (CORE_HZ / PWM_HZ / 2) as u16;
-/// Compare value above the counter's top: the input stays high. At `TOP` it would fall for one cycle at the turning point (RM0390 §16.3.10).
+/// Compare value above the counter's top: the input stays high. At `TOP` it would fall for one cycle at the turning point (RM0390
+/// §16.3.10).
 const ALWAYS_HIGH: u16 = TOP + 1;
 /// Turning points of the counter in one tick, minus one.
 const REPETITIONS: u16 = 3;

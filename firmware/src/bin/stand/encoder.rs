@@ -1,9 +1,9 @@
-//! One encoder input: a counter of both channels, a timer that captures the times of the edges, and the index on both. The timer of the measurement loop
-//! also captures the pulses of the clock reference.
+//! One encoder input: a counter of both channels, a timer that captures the times of the edges, and the index on both. The timer of the
+//! measurement loop also captures the pulses of the clock reference.
 //!
-//! The board has two inputs on the same three wires, one for the speed loop and one for the measurement loop; they share nothing. The counter
-//! is a timer in encoder mode (16 bits). The edge timer runs free at 90 MHz with 32 bits; its first input is A XOR B (RM0390 §17.3.19),
-//! captured at both edges, which gives all four edges of the encoder.
+//! The board has two inputs on the same three wires, one for the speed loop and one for the measurement loop; they share nothing. The
+//! counter is a timer in encoder mode (16 bits). The edge timer runs free at 90 MHz with 32 bits; its first input is A XOR B (RM0390
+//! §17.3.19), captured at both edges, which gives all four edges of the encoder.
 //!
 //! Counter and edge timer have the same input filter (eight equal samples at 90 MHz, 89 ns: shorter than the 4 µs of a count at twice the
 //! maximum rate, longer than a spike), so that count and time agree within a few cycles of 11 ns. The count is read before and after
@@ -131,7 +131,8 @@ impl RisingEdges {
         Self::new(edges, TIMER_INDEX, input(pin, AF_TIM2))
     }
 
-    /// The clock reference on channel 3; call after [`Encoder::new`]. Its pin has a pull-down resistor, so that it has no edges without a reference.
+    /// The clock reference on channel 3; call after [`Encoder::new`]. Its pin has a pull-down resistor, so that it has no edges without a
+    /// reference.
     pub fn of_clock_reference(edges: TimGp32, pin: Peri<'static, impl Pin>) -> Self {
         let mut pin = Flex::new(pin);
         pin.set_as_af_unchecked(AF_TIM2, AfType::input(Pull::Down));

@@ -1,8 +1,8 @@
 //! The two flash sectors of the settings.
 //!
-//! Sectors 1 and 2 of 16 KiB each are the smallest ones; an erase takes 0.25 s, at most 0.5 s (DS10693, table 48). The program's code begins
-//! behind them (memory.x), and flashing a new program does not erase them. The core and the tick stall during an erase, so settings are
-//! written only with the drive off; afterwards the cycle counter gives the number of lost ticks.
+//! Sectors 1 and 2 of 16 KiB each are the smallest ones; an erase takes 0.25 s, at most 0.5 s (DS10693, table 48). The program's code
+//! begins behind them (memory.x), and flashing a new program does not erase them. The core and the tick stall during an erase, so settings
+//! are written only with the drive off; afterwards the cycle counter gives the number of lost ticks.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_stm32::flash::{Bank1Region1, Blocking, Error, Flash};

@@ -1,9 +1,9 @@
 //! Firmware image for the NUCLEO-F446RE: the library on this board's peripherals.
 //!
 //! This folder contains the hardware drivers only; the behaviour is in the library. TIM1's interrupt has the highest priority and runs the
-//! control law. The USART interrupt is next and scans received bytes for a stop. The measurement runs on an executor in an interrupt below both,
-//! which preempts everything in thread mode: the app with its console on the ST-Link's serial port, the button with the LED, and the watchdog.
-//! Log messages go over RTT (defmt). Pins and wiring: docs/hardware.md.
+//! control law. The USART interrupt is next and scans received bytes for a stop. The measurement runs on an executor in an interrupt below
+//! both, which preempts everything in thread mode: the app with its console on the ST-Link's serial port, the button with the LED, and the
+//! watchdog. Log messages go over RTT (defmt). Pins and wiring: docs/hardware.md.
 #![no_std]
 #![no_main]
 

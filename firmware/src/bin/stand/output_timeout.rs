@@ -1,12 +1,12 @@
 //! The bridge goes off 4 ms after the last control tick, by hardware alone.
 //!
-//! Each tick restarts TIM8. When it is not restarted for 4 ms, its update event requests one DMA transfer, which writes BDTR of TIM1 with MOE = 0:
-//! both inputs of the bridge take their idle level, high, and the motor brakes as when the drive is off. Neither the core nor an interrupt takes part.
-//! The tick sets MOE again while it commands off; after a late tick the fault `clock` is latched.
+//! Each tick restarts TIM8. When it is not restarted for 4 ms, its update event requests one DMA transfer, which writes BDTR of TIM1 with
+//! MOE = 0: both inputs of the bridge take their idle level, high, and the motor brakes as when the drive is off. Neither the core nor an
+//! interrupt takes part. The tick sets MOE again while it commands off; after a late tick the fault `clock` is latched.
 //!
-//! The alternatives: the window watchdog cannot be stopped, so that it would reset the chip during each erase of the flash (0.25 s). TIM1's break
-//! input is on PA6 or PB12 (DS10693, table 11), and both are in use: PA6 counts the encoder, PB12 selects the sensor under test. DMA into the compare registers would act at
-//! the next update event only, and needs two transfers.
+//! The alternatives: the window watchdog cannot be stopped, so that it would reset the chip during each erase of the flash (0.25 s). TIM1's
+//! break input is on PA6 or PB12 (DS10693, table 11), and both are in use: PA6 counts the encoder, PB12 selects the sensor under test. DMA
+//! into the compare registers would act at the next update event only, and needs two transfers.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};

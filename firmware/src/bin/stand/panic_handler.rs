@@ -1,7 +1,7 @@
 //! Panic and hard fault: switch the bridge off, log the address over RTT, reset the chip.
 //!
-//! The panic's message is not formatted: formatting, messages and source locations of all panics that the compiler cannot rule out would take
-//! tens of kilobytes. The caller's address identifies the source line (`llvm-symbolizer --obj=stand 0x…`).
+//! The panic's message is not formatted: formatting, messages and source locations of all panics that the compiler cannot rule out would
+//! take tens of kilobytes. The caller's address identifies the source line (`llvm-symbolizer --obj=stand 0x…`).
 
 use crate::{bridge, reset};
 use core::panic::PanicInfo;

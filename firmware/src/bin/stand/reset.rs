@@ -1,8 +1,9 @@
 //! Reset: its cause at start-up, resets by the program, and the supplies and clocks that the chip itself watches.
 //!
-//! Clock security system: when the 8 MHz of the ST-Link stop, the chip changes to its internal oscillator and raises the NMI (RM0390 §6.2.7). The
-//! clocks of bridge, tick and serial line are wrong from then on. Voltage detector: below 2.9 V of its own supply the chip raises an interrupt
-//! (RM0390 §5.2.2), long before the logic fails at 1.7 V. Both switch the bridge off and reset the chip with a note of the cause.
+//! Clock security system: when the 8 MHz of the ST-Link stop, the chip changes to its internal oscillator and raises the NMI (RM0390
+//! §6.2.7). The clocks of bridge, tick and serial line are wrong from then on. Voltage detector: below 2.9 V of its own supply the chip
+//! raises an interrupt (RM0390 §5.2.2), long before the logic fails at 1.7 V. Both switch the bridge off and reset the chip with a note of
+//! the cause.
 
 use crate::bridge;
 use core::mem::MaybeUninit;
@@ -47,8 +48,8 @@ pub fn reset(cause: ResetCause) -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-/// Starts the clock security system and the voltage detector, and warns if the brown-out level is not set in the option bytes. The program does not
-/// write option bytes: a supply that fails meanwhile can lock the chip.
+/// Starts the clock security system and the voltage detector, and warns if the brown-out level is not set in the option bytes. The program
+/// does not write option bytes: a supply that fails meanwhile can lock the chip.
 pub fn watch_supplies() {
     if RCC.cr().read().hseon() {
         RCC.cr().modify(|w| w.set_csson(true));

@@ -1,7 +1,7 @@
 //! SPI bus of the sensor under test: SPI2 with DMA and one device.
 //!
-//! The clock is idle high (mode 3) for the ISM330DHCX and idle low (mode 0) for the ADXL355; the driver selects it. The mode changes while the chip select
-//! is high, when both parts ignore the clock.
+//! The clock is idle high (mode 3) for the ISM330DHCX and idle low (mode 0) for the ADXL355; the driver selects it. The mode changes while
+//! the chip select is high, when both parts ignore the clock.
 
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::mode::Async;
@@ -19,7 +19,8 @@ pub struct SensorBus {
     config: Config,
 }
 
-/// Both sensors allow 10 MHz (DS13012, table 7; ADXL355 data sheet, SPI timing). The prescaler of the 45 MHz clock gives 5.6 MHz for this request.
+/// Both sensors allow 10 MHz (DS13012, table 7; ADXL355 data sheet, SPI timing). The prescaler of the 45 MHz clock gives 5.6 MHz for this
+/// request.
 const CLOCK: Hertz = Hertz(8_000_000);
 
 impl ErrorType for SensorBus {

@@ -145,7 +145,8 @@ impl Board for StandBoard {
     }
 }
 
-/// 10 kΩ NTC (Vishay NTCLE100E3103, B25/85 = 3977 K), between input and ground, with 10 kΩ to the reference; `None`: wire broken or shorted.
+/// 10 kΩ NTC (Vishay NTCLE100E3103, B25/85 = 3977 K), between input and ground, with 10 kΩ to the reference; `None`: wire broken or
+/// shorted.
 fn celsius(code: u16) -> Option<f32> {
     const B_K: f32 = 3977.0;
     const T0_K: f32 = 298.15;

@@ -1,14 +1,15 @@
 //! Serial line on USART2: DMA in both directions; the receive interrupt detects stop requests.
 //!
-//! DMA writes received bytes into a circular buffer without end. Each tick pends the interrupt. Every byte therefore passes the console's guard at
-//! most 0.1 ms after its reception, independent of the tasks and of the load of the line, and the next tick switches the drive off. The interrupt's
-//! priority is below the tick's and above all others.
+//! DMA writes received bytes into a circular buffer without end. Each tick pends the interrupt. Every byte therefore passes the console's
+//! guard at most 0.1 ms after its reception, independent of the tasks and of the load of the line, and the next tick switches the drive
+//! off. The interrupt's priority is below the tick's and above all others.
 //!
-//! The receiver itself raises no interrupt, and DMA alone reads the data register. An interrupt of the idle line would have to read the data
-//! register to clear its flag (RM0390 §25.6.1), which takes a byte that is complete between the reads of status and data from DMA; and where the
-//! line becomes idle between this handler and the HAL's on the same vector, the HAL's clears IDLEIE for good.
+//! The receiver itself raises no interrupt, and DMA alone reads the data register. An interrupt of the idle line would have to read the
+//! data register to clear its flag (RM0390 §25.6.1), which takes a byte that is complete between the reads of status and data from DMA; and
+//! where the line becomes idle between this handler and the HAL's on the same vector, the HAL's clears IDLEIE for good.
 //!
-//! The HAL's ring buffer is not used: after an error or an idle line its interrupt stays disabled until a task reads, which would delay a stop.
+//! The HAL's ring buffer is not used: after an error or an idle line its interrupt stays disabled until a task reads, which would delay a
+//! stop.
 
 use core::cell::RefCell;
 use core::future::poll_fn;
@@ -95,7 +96,8 @@ fn pass_to_guard() {
         w.set_htif(STREAM % 4, true);
         w.set_tcif(STREAM % 4, true);
     });
-    // After a stall of the core the ring may have wrapped. It has not where its writing position has not passed both the middle and the end.
+    // After a stall of the core the ring may have wrapped. It has not where its writing position has not passed both the middle and the
+    // end.
     if is_late && flags.htif(STREAM % 4) && flags.tcif(STREAM % 4) {
         LOST.store(true, Ordering::Relaxed);
     }

@@ -1,8 +1,8 @@
 //! The control interrupt and the clock derived from it.
 //!
-//! The update event of TIM1 runs the library's interrupt each 100 µs and counts ticks. The core's cycle counter gives the time within a tick,
-//! and the number of lost ticks after the core was stalled (flash erase; `TickCounter`). The clock keeps the earliest deadline and a waker for each waiting
-//! task; after a wake each task registers its deadline again.
+//! The update event of TIM1 runs the library's interrupt each 100 µs and counts ticks. The core's cycle counter gives the time within a
+//! tick, and the number of lost ticks after the core was stalled (flash erase; `TickCounter`). The clock keeps the earliest deadline and a
+//! waker for each waiting task; after a wake each task registers its deadline again.
 
 use crate::analog;
 use crate::bridge::Bridge;

@@ -1,7 +1,7 @@
 //! The torquer of the gyroscope on DAC1. The control interrupt writes its value and samples the angle sensor at the same time.
 //!
-//! A task sets the value and the tick from which it acts ([`TimedOutput`]). The interrupt writes it and stores the number of the ADC sweep in
-//! progress.
+//! A task sets the value and the tick from which it acts ([`TimedOutput`]). The interrupt writes it and stores the number of the ADC sweep
+//! in progress.
 
 use crate::analog;
 use embassy_stm32::dac::{DacChannel, Value};

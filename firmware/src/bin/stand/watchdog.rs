@@ -1,8 +1,9 @@
 //! Independent watchdog: resets the chip if the control interrupt, the executors or the measurement loop stop; the reset opens the bridge.
 //!
-//! The watchdog has a separate 32 kHz oscillator and starts before the memory is initialised, so that a start-up that hangs is reset, too. Its task
-//! waits by the board's clock: without the control interrupt no deadline comes, and a task that does not return to the executor blocks this one. A
-//! task that waits for ever would not be noticed that way; therefore the watchdog is fed only while the measurement loop reads its encoder.
+//! The watchdog has a separate 32 kHz oscillator and starts before the memory is initialised, so that a start-up that hangs is reset, too.
+//! Its task waits by the board's clock: without the control interrupt no deadline comes, and a task that does not return to the executor
+//! blocks this one. A task that waits for ever would not be noticed that way; therefore the watchdog is fed only while the measurement loop
+//! reads its encoder.
 
 use crate::sensors::encoder_readings;
 use crate::tick::BoardClock;
@@ -11,14 +12,14 @@ use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::{Peri, peripherals};
 use stand_firmware::board::{Clock, TICKS_PER_S};
 
-/// Timeout of 2 s in steps of 2 ms (32 kHz / 64). Longer than the erase of a sector (0.5 s, DS10693 table 48): the oscillator has 17 to 47 kHz
-/// (DS10693), so that the timeout is 1.4 to 3.8 s.
+/// Timeout of 2 s in steps of 2 ms (32 kHz / 64). Longer than the erase of a sector (0.5 s, DS10693 table 48): the oscillator has 17 to 47
+/// kHz (DS10693), so that the timeout is 1.4 to 3.8 s.
 const TIMEOUT_STEPS: u16 = 1_000;
 /// Feeding interval, board clock steps: 0.1 s.
 const INTERVAL: u64 = TICKS_PER_S / 10;
 
-// Starts the watchdog: the start-up code calls this before it initialises the memory. In assembler, since Rust code must not run there. Access
-// (KR), prescaler (PR), reload value (RLR), start (KR): RM0390 §19.4.
+// Starts the watchdog: the start-up code calls this before it initialises the memory. In assembler, since Rust code must not run there.
+// Access (KR), prescaler (PR), reload value (RLR), start (KR): RM0390 §19.4.
 core::arch::global_asm!(
     ".section .text.__pre_init, \"ax\"",
     ".global __pre_init",

@@ -7,11 +7,12 @@
 //! x̂[n+1] = Φ x̂[n] + Γ u[n] + K (y[n] − x̂₁[n])
 //! ```
 //!
-//! so that x̂[n+1] is known a whole step ahead and the regulator's moment acts in time. An astatic observer has one more state, the last: the
-//! disturbance found by the integral channel, in its own unit. Static, PI and augmented observers are one law with different parameters.
+//! so that x̂[n+1] is known a whole step ahead and the regulator's moment acts in time. An astatic observer has one more state, the last:
+//! the disturbance found by the integral channel, in its own unit. Static, PI and augmented observers are one law with different
+//! parameters.
 //!
-//! [`Design`] holds the checked matrices; [`Observer`] is the state. [`Stability`] checks the poles in small steps. [`RunningObserver`] joins
-//! them at 1 kHz on the gyroscope's angle.
+//! [`Design`] holds the checked matrices; [`Observer`] is the state. [`Stability`] checks the poles in small steps. [`RunningObserver`]
+//! joins them at 1 kHz on the gyroscope's angle.
 
 mod law;
 pub mod parameters;

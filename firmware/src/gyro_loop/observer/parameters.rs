@@ -38,8 +38,8 @@ pub const TORQUER: Field = field("torquer_N_m_A", SINGLE + 2, 1);
 pub const SETTLE: Field = field("settle_s", SINGLE + 3, 1);
 /// Averaging window of the vibration correction, s (0: none); H/k_α, s; (Jx−Jz)/k_α, s².
 pub const VIBRATION: Field = field("vibration", SINGLE + 4, 3);
-/// Inverse response of the observer at the vibration frequency, for the vibration correction: of α̂′, real part and imaginary part over the angular frequency,
-/// s; likewise of β̂′. All 0: not known.
+/// Inverse response of the observer at the vibration frequency, for the vibration correction: of α̂′, real part and imaginary part over the
+/// angular frequency, s; likewise of β̂′. All 0: not known.
 pub const RESPONSE: Field = field("response", SINGLE + 7, 4);
 /// Length of the array.
 pub const COUNT: usize = SINGLE + 11;

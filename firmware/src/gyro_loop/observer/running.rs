@@ -1,9 +1,10 @@
 //! The running observer: updated once in a millisecond with the angle of the gyroscope, set up and read by the console at a lower priority.
 //! Before an update the measurement's task awaits [`RunningObserver::released`], in case it has preempted an access of the console.
 //!
-//! At t_n the angle of t_n is known, and the moment that acts from t_n on was set a row before, so that the regulator's moment for x̂[n+1] acts
-//! in time, at t_{n+1}. The observer knows the torquer's limit and steps. Feedback stays off until the estimates have settled and ends with
-//! any fault. A start begins at the measured angle (docs/theory.md §1.5). Missed rows are predicted; after [`MAX_MISSED_ROWS`] the observer restarts.
+//! At t_n the angle of t_n is known, and the moment that acts from t_n on was set a row before, so that the regulator's moment for x̂[n+1]
+//! acts in time, at t_{n+1}. The observer knows the torquer's limit and steps. Feedback stays off until the estimates have settled and ends
+//! with any fault. A start begins at the measured angle (docs/theory.md §1.5). Missed rows are predicted; after [`MAX_MISSED_ROWS`] the
+//! observer restarts.
 
 use super::parameters::{GAIN, GAMMA, MOMENT, REGULATOR, RESPONSE, SETTLE, TORQUER, VIBRATION};
 use super::{Design, MAX_STATES, Motion, Observer, ObserverParameters, Regulator, Stability, Vibration, VibrationCorrection};
@@ -253,7 +254,8 @@ impl RunningObserver {
         .unwrap_or_default()
     }
 
-    /// One row further: the estimates for this row, and the regulator's step from the next row on. `None` without estimates or without feedback.
+    /// One row further: the estimates for this row, and the regulator's step from the next row on. `None` without estimates or without
+    /// feedback.
     pub fn update(&self, input: &ObserverInput, hardware: &Hardware) -> (Option<ObservedState>, Option<TorquerStep>) {
         self.with(|state| state.update(input, hardware)).unwrap_or_default()
     }

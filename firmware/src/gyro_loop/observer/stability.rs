@@ -8,7 +8,8 @@ use crate::config::ConfigError;
 
 /// Number of squarings. A transient that grows by 2²⁰⁰ first changes the pole's logarithm by 200 · 2⁻³².
 const SQUARINGS: u8 = 32;
-/// Required distance of the poles from the unit circle, −log₂ per step: a time constant below 2.4 hours at 1 ms. The method's error is smaller.
+/// Required distance of the poles from the unit circle, −log₂ per step: a time constant below 2.4 hours at 1 ms. The method's error is
+/// smaller.
 const MIN_LOG2: f64 = 1.6e-7;
 
 /// A running check.
@@ -36,7 +37,8 @@ impl<const N: usize> Stability<N> {
         Self::of_matrix(power)
     }
 
-    /// A check of the loop of plant and regulator, u = −R x, over the first `states`: estimated and true states have the same poles, beside those of the observer.
+    /// A check of the loop of plant and regulator, u = −R x, over the first `states`: estimated and true states have the same poles, beside
+    /// those of the observer.
     pub fn of_loop(phi: &[[f64; N]; N], gamma: &[f64; N], regulator: &[f64; N], states: usize) -> Self {
         let mut power = [[0.0; N]; N];
         for ((to, from), gamma) in power.iter_mut().zip(phi).zip(gamma).take(states) {

@@ -1,4 +1,5 @@
-//! Test vectors of the observer, computed with 60 digits: docs/theory.md §1.6, set R with six or seven poles at −50 1/s, and set B of §2.2; step 1 ms.
+//! Test vectors of the observer, computed with 60 digits: docs/theory.md §1.6, set R with six or seven poles at −50 1/s, and set B of §2.2;
+//! step 1 ms.
 
 /// Φ of the six-state model.
 pub const PHI_6: [[f64; 6]; 6] = [

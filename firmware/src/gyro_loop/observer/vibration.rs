@@ -1,11 +1,11 @@
 //! Online correction of the mean azimuth for vibration (docs/theory.md §2.3).
 //!
-//! The moment balance about the body's vertical axis, averaged over whole periods, leaves ⟨α⟩ = \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α of an azimuth
-//! that vibration alone has moved. The rates α′ and β′ are estimates, γ is measured. A period is seldom a whole number of steps; the step in which it ends
-//! is divided between both periods.
+//! The moment balance about the body's vertical axis, averaged over whole periods, leaves ⟨α⟩ = \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α of an
+//! azimuth that vibration alone has moved. The rates α′ and β′ are estimates, γ is measured. A period is seldom a whole number of steps;
+//! the step in which it ends is divided between both periods.
 //!
-//! The observer distorts the rates at the vibration frequency by its known responses R(jω) (docs/theory.md §2.2). With 1/R the rates are corrected:
-//! Re(1/R) x̂ + Im(1/R)/ω x̂′, with the derivative by the difference of two steps.
+//! The observer distorts the rates at the vibration frequency by its known responses R(jω) (docs/theory.md §2.2). With 1/R the rates are
+//! corrected: Re(1/R) x̂ + Im(1/R)/ω x̂′, with the derivative by the difference of two steps.
 
 use crate::config::{ConfigError, within};
 
@@ -70,8 +70,8 @@ impl Vibration {
         })
     }
 
-    /// With the inverse responses of the observer at the vibration frequency: of α̂′ the real part and the imaginary part over the angular frequency, s, and
-    /// likewise of β̂′; `step_s` as above. All 0: not known.
+    /// With the inverse responses of the observer at the vibration frequency: of α̂′ the real part and the imaginary part over the angular
+    /// frequency, s, and likewise of β̂′; `step_s` as above. All 0: not known.
     ///
     /// # Errors
     /// A number is not finite or out of its range.

@@ -1,8 +1,8 @@
 //! ADXL355 at register level (Analog Devices, data sheet ADXL354/ADXL355, rev. D).
 //!
-//! An accelerometer with 20-bit codes, a FIFO of 96 entries and an oscillator of its own; no gyroscope and no time stamps. Its low-pass is of first order with
-//! the cutoff of the data sheet, followed by the rest of the group delay. Not simulated, because the stand does not use them: interrupt pins, activity
-//! detection, external synchronisation, high-pass, I²C.
+//! An accelerometer with 20-bit codes, a FIFO of 96 entries and an oscillator of its own; no gyroscope and no time stamps. Its low-pass is
+//! of first order with the cutoff of the data sheet, followed by the rest of the group delay. Not simulated, because the stand does not use
+//! them: interrupt pins, activity detection, external synchronisation, high-pass, I²C.
 
 use super::fault::Fault;
 use super::ramp::{Ends, Ramp};
@@ -75,7 +75,8 @@ pub struct Adxl355 {
 }
 
 impl Adxl355 {
-    /// A chip at power-on. `density` is the white noise, m/s²/√Hz, `slow` the flicker noise and random walk of each axis; `pace` its time over true time.
+    /// A chip at power-on. `density` is the white noise, m/s²/√Hz, `slow` the flicker noise and random walk of each axis; `pace` its time
+    /// over true time.
     pub fn new(noise: [Noise; 3], slow: [SlowNoise; 3], density: f64, pace: f64) -> Self {
         Self {
             registers: AFTER_POWER_ON,

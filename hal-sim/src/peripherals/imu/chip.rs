@@ -78,8 +78,8 @@ impl Chip {
         }
     }
 
-    /// Transfers a byte with the clock of `mode`. In the other mode than its own the chip shifts its answer one clock edge early, so that the
-    /// controller reads each byte shifted by a bit.
+    /// Transfers a byte with the clock of `mode`. In the other mode than its own the chip shifts its answer one clock edge early, so that
+    /// the controller reads each byte shifted by a bit.
     pub fn byte(&mut self, sent: u8, mode: Mode) -> u8 {
         let (own, answer) = match self {
             Self::Ism330dhcx(chip) => (MODE_3, chip.byte(sent)),

@@ -23,8 +23,8 @@ const GYRO_BIAS_INSTABILITY_RAD_S: f64 = 3.0 / 3600.0 / 180.0 * std::f64::consts
 const WALK_PER_INSTABILITY: f64 = 0.0364;
 
 impl Part {
-    /// White noise of the accelerometer, m/s²/√Hz, and its bias instability, m/s². The densities are those of the data sheets (DS13012, table 2: 60 µg/√Hz; ADXL355:
-    /// 22.5 µg/√Hz). Neither gives a bias instability: 40 µg and 10 µg are typical of their classes.
+    /// White noise of the accelerometer, m/s²/√Hz, and its bias instability, m/s². The densities are those of the data sheets (DS13012,
+    /// table 2: 60 µg/√Hz; ADXL355: 22.5 µg/√Hz). Neither gives a bias instability: 40 µg and 10 µg are typical of their classes.
     fn accel_noise(self) -> [f64; 2] {
         match self {
             Self::Ism330dhcx => [60e-6 * G_M_S2, 40e-6 * G_M_S2],

@@ -14,8 +14,8 @@ pub(super) struct Ramp {
 }
 
 impl Ends {
-    /// The tick that ends with `now`: the slope between the ends, with the mean of the parabola through three of them (Adams-Moulton). The ends
-    /// alone would attenuate a motion of 100 Hz by a few parts in ten thousand.
+    /// The tick that ends with `now`: the slope between the ends, with the mean of the parabola through three of them (Adams-Moulton). The
+    /// ends alone would attenuate a motion of 100 Hz by a few parts in ten thousand.
     pub(super) fn to(&mut self, now: f64) -> Ramp {
         let above = (now - 2.0 * self.last + self.before) / 12.0;
         let ramp = Ramp { begin: self.last - above, end: now - above };

@@ -1,8 +1,8 @@
 //! A serial line with the transfer time of its bytes, in virtual time, in both directions.
 //!
 //! A byte has ten bits. [`SerialLine::device`] returns the firmware's two halves ([`Read`], [`Write`]); a host program sends and receives
-//! by [`SerialLine::send`] and [`SerialLine::receive`]. Incoming bytes pass the *receive interrupt* one by one in [`SerialLine::deliver`], also
-//! if no task reads; the simulation calls it at each tick. Outgoing bytes wait in a buffer and leave one by one.
+//! by [`SerialLine::send`] and [`SerialLine::receive`]. Incoming bytes pass the *receive interrupt* one by one in [`SerialLine::deliver`],
+//! also if no task reads; the simulation calls it at each tick. Outgoing bytes wait in a buffer and leave one by one.
 //!
 //! The line can be damaged by seed ([`DamageRates`]) and unplugged (bytes of both directions are lost). The host can send a *break*: the
 //! firmware reads [`LineError::Break`] at that position. A full receive buffer loses the byte and reports [`LineError::Overrun`].

@@ -1,7 +1,7 @@
 //! A bad contact of brush or plug: an additional resistance in series with the winding that comes and goes at random.
 //!
-//! A two-state Markov process: the time to the next change has an exponential distribution. It is drawn each millisecond, so that the path depends
-//! on the seed and not on the tick length. The log does not contain it.
+//! A two-state Markov process: the time to the next change has an exponential distribution. It is drawn each millisecond, so that the path
+//! depends on the seed and not on the tick length. The log does not contain it.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};

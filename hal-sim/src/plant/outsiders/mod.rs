@@ -1,8 +1,9 @@
 //! Disturbances outside the catalogue: the plant can have them, a user model cannot.
 //!
-//! They test the answers of the tools to an unmodelled cause. Input: a table `[outsiders.NAME]` of a stand file. Each disturbance has a file
-//! with its parameters, their ranges, and the range from which tests draw values that are clearly visible on the default stand. The plant
-//! evaluates them at each step; contact changes (the edge of a sector, a clutch that opens) are located like those of Coulomb friction.
+//! They test the answers of the tools to an unmodelled cause. Input: a table `[outsiders.NAME]` of a stand file. Each disturbance has a
+//! file with its parameters, their ranges, and the range from which tests draw values that are clearly visible on the default stand. The
+//! plant evaluates them at each step; contact changes (the edge of a sector, a clutch that opens) are located like those of Coulomb
+//! friction.
 //!
 //! In a drive with two masses the friction acts on the motor side, as all Coulomb friction of the plant.
 

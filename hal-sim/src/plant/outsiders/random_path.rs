@@ -1,8 +1,8 @@
 //! Random processes of the disturbances: Ornstein–Uhlenbeck of unit variance, and a random walk.
 //!
-//! The exact step of an Ornstein–Uhlenbeck process of correlation time τ is x e^(−Δ/τ) + √(1 − e^(−2Δ/τ)) n (Gillespie, Phys. Rev. E 54 (1996)
-//! 2084). A random walk has increments √Δ n. Both are drawn each millisecond and interpolated linearly, so that the path depends on the
-//! seed and not on the tick length.
+//! The exact step of an Ornstein–Uhlenbeck process of correlation time τ is x e^(−Δ/τ) + √(1 − e^(−2Δ/τ)) n (Gillespie, Phys. Rev. E 54
+//! (1996) 2084). A random walk has increments √Δ n. Both are drawn each millisecond and interpolated linearly, so that the path depends on
+//! the seed and not on the tick length.
 
 use crate::peripherals::standard_normal;
 use rand_xoshiro::Xoshiro256PlusPlus;

@@ -1,6 +1,7 @@
 //! A converter that sags under its recent output: u (1 − s z) for the command u, where z follows |u| with a time constant.
 //!
-//! The log contains the command; `supply_V` is measured before the converter and stays constant. Input of a tick: the command, constant within it.
+//! The log contains the command; `supply_V` is measured before the converter and stays constant. Input of a tick: the command, constant
+//! within it.
 
 use serde::{Deserialize, Serialize};
 

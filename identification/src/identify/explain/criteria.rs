@@ -175,11 +175,11 @@ pub struct EvidenceCriteria {
     pub confirmed_below_gain: f64,
     /// Fraction of the gain that the held-out rows must then show; default 0.1. They are a third as many as the fitted rows.
     pub min_confirmed_fraction: f64,
-    /// Gain from which on an effect is added although what is left is noise, or invisible; default 100. Below, it may be an error of the integration, or of
-    /// the input within a row.
+    /// Gain from which on an effect is added although what is left is noise, or invisible; default 100. Below, it may be an error of the
+    /// integration, or of the input within a row.
     pub min_gain_at_noise: f64,
-    /// Part of a count of the encoder below which a jump of the angle is its rounding, above all that of a rotor at rest; default 0.75. A counter loses whole
-    /// counts.
+    /// Part of a count of the encoder below which a jump of the angle is its rounding, above all that of a rotor at rest; default 0.75. A
+    /// counter loses whole counts.
     pub min_lost_counts: f64,
     /// Relative change of χ²/n on held-out rows that is insignificant while much is unexplained; default 0.04.
     pub max_insignificant_change: f64,
@@ -335,7 +335,8 @@ impl Default for HarmonicCriteria {
 /// Screening of all effects, and the choice of those that are refitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScreeningCriteria {
-    /// Fraction of an effect's sensitivity that the model's own parameters cannot imitate, below which it is not identifiable; default 1e-6.
+    /// Fraction of an effect's sensitivity that the model's own parameters cannot imitate, below which it is not identifiable; default
+    /// 1e-6.
     pub min_identifiable_fraction: f64,
     /// Fraction of an excerpt's χ² that one step with an expensive effect may leave; default 0.9.
     pub max_expensive_remainder: f64,
@@ -457,8 +458,8 @@ pub struct SearchCriteria {
     pub zero_amplitude_sigmas: f64,
     /// Times that such an effect may lead to a better fit of the model without it; default 3.
     pub max_restarts: usize,
-    /// Effort after which the search ends with its best answer so far: simulated rows × lanes (the value and its derivatives) over the rows of the logs;
-    /// default 400 000, `None`: none.
+    /// Effort after which the search ends with its best answer so far: simulated rows × lanes (the value and its derivatives) over the rows
+    /// of the logs; default 400 000, `None`: none.
     pub max_passes: Option<u64>,
 }
 
@@ -486,13 +487,13 @@ pub struct VerdictCriteria {
     pub max_remainder_far_from_noise: f64,
     /// Effects from which on a single unknown structure is a rival of all of them together; default 3.
     pub suspicious_effects: usize,
-    /// Misfit that so many effects may leave and still be named; default small, rms 1.4 × the noise. Several periodic effects together imitate
-    /// much that none of them is.
+    /// Misfit that so many effects may leave and still be named; default small, rms 1.4 × the noise. Several periodic effects together
+    /// imitate much that none of them is.
     pub max_misfit_of_many: MisfitClass,
     /// Smallest excess χ²/n by which is divided; default 1e-3.
     pub min_excess: f64,
-    /// Part of the measured motion below which an effect is called small; default 1e-3. Errors of readings, times and models that no catalogue has are seldom
-    /// smaller on a bench, and one of them may look like the effect.
+    /// Part of the measured motion below which an effect is called small; default 1e-3. Errors of readings, times and models that no
+    /// catalogue has are seldom smaller on a bench, and one of them may look like the effect.
     pub small_part: f64,
 }
 
@@ -514,11 +515,11 @@ impl Default for VerdictCriteria {
 pub struct AdequacyCriteria {
     /// Probability of calling noise dependent on the input, over all channels; default 0.001, as for a misfit.
     pub max_familywise_p: f64,
-    /// Fraction of the innovations' variance that the input must explain to matter; default 0.03, as in [`NoiseCriteria::noise`]: a smaller part of the white
-    /// noise is within the accuracy of the simulation, however many rows show it.
+    /// Fraction of the innovations' variance that the input must explain to matter; default 0.03, as in [`NoiseCriteria::noise`]: a smaller
+    /// part of the white noise is within the accuracy of the simulation, however many rows show it.
     pub min_input_fraction: f64,
-    /// Fraction of a residual's variance that may depend on rate, angle or temperature where it is otherwise put down to an input that is not known between its samples; default 0.1, because
-    /// the part that the input may have left is itself an estimate.
+    /// Fraction of a residual's variance that may depend on rate, angle or temperature where it is otherwise put down to an input that is
+    /// not known between its samples; default 0.1, because the part that the input may have left is itself an estimate.
     pub max_state_fraction: f64,
     /// Rows of the past input that are tested; default 30, at 1 kHz a usual mechanical time constant.
     pub lags: usize,
@@ -559,8 +560,8 @@ impl Default for AdequacyCriteria {
 /// Detection limits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DetectionCriteria {
-    /// Standard deviations between the expected root of the gain at the limit and the gain that the search asks for; default 1.96. The gain falls short of it in
-    /// 2.5 %, and about as often the held-out rows do not confirm it: together 95 %.
+    /// Standard deviations between the expected root of the gain at the limit and the gain that the search asks for; default 1.96. The gain
+    /// falls short of it in 2.5 %, and about as often the held-out rows do not confirm it: together 95 %.
     pub power_sigmas: f64,
     /// Highest order at which a limit is computed; default 40. Slots and poles of small motors are below it.
     pub max_order: u32,
@@ -590,8 +591,9 @@ impl Criteria {
         (left - 1.0).max(0.0) / (given - 1.0).max(self.verdict.min_excess)
     }
 
-    /// A structure that leaves the χ²/n `structure` replaces effects that leave `effects`: it leaves noise, or explains most of what they leave. A free function
-    /// contains the shape of each effect over its coordinate; where something else is left, a slightly better fit is no evidence for it.
+    /// A structure that leaves the χ²/n `structure` replaces effects that leave `effects`: it leaves noise, or explains most of what they
+    /// leave. A free function contains the shape of each effect over its coordinate; where something else is left, a slightly better fit is
+    /// no evidence for it.
     pub fn replaces(&self, structure: f64, effects: f64) -> bool {
         structure <= self.noise.invisible || self.remainder(effects, structure) < self.verdict.max_remainder
     }

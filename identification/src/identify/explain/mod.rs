@@ -1,7 +1,8 @@
 //! Which physical effect is missing from a model, and how strong is the evidence?
 //!
-//! In: logs and a model. Out: an [`Explanation`]: the search from the given model to one that leaves only noise, the evidence for every effect
-//! of the catalogue, and the verdict. It holds data only; `report::explanation` words it. The stages, each a folder that imports from those before it:
+//! In: logs and a model. Out: an [`Explanation`]: the search from the given model to one that leaves only noise, the evidence for every
+//! effect of the catalogue, and the verdict. It holds data only; `report::explanation` words it. The stages, each a folder that imports
+//! from those before it:
 //!
 //! * [`answer`]: the result as data, with its reasons and remarks;
 //! * [`fitted`]: the logs as one, and a model fitted to them;

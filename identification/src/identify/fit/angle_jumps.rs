@@ -1,7 +1,7 @@
 //! Rows at which a measured angle jumps, from the angle alone: lost counts.
 //!
-//! The increment of such a row differs from those of the rows before and after it by far more than the noise and the counts of the angle allow; no rotor
-//! accelerates and comes back within a row. Such rows are few, and a fit has to see them: they are never held out.
+//! The increment of such a row differs from those of the rows before and after it by far more than the noise and the counts of the angle
+//! allow; no rotor accelerates and comes back within a row. Such rows are few, and a fit has to see them: they are never held out.
 
 use std::ops::Range;
 

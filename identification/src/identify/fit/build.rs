@@ -48,8 +48,8 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
     (system, Parameters { list })
 }
 
-/// Adds an effect of the catalogue, with `values` for its parameters, of which the `free` ones are fitted. Returns their indices in the list.
-/// The parameters have the names of the card, also where these are not unique.
+/// Adds an effect of the catalogue, with `values` for its parameters, of which the `free` ones are fitted. Returns their indices in the
+/// list. The parameters have the names of the card, also where these are not unique.
 pub fn append(system: &mut System, parameters: &mut Parameters, card: &'static Card, values: &[f64], free: &[bool]) -> Range<usize> {
     let first = parameters.list.len();
     for (index, ((info, &value), &free)) in card.parameters.iter().zip(values).zip(free).enumerate() {

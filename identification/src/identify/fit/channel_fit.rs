@@ -94,7 +94,8 @@ impl ChannelFit {
     }
 }
 
-/// Rows between values of a channel that share no reading: an increment over m rows has one in common with the increments up to m rows before and after.
+/// Rows between values of a channel that share no reading: an increment over m rows has one in common with the increments up to m rows
+/// before and after.
 pub(super) fn independent_every(data: &PreparedLog, index: usize) -> usize {
     if data.channels[index].channel == Channel::Angle && !data.angle_is_absolute() {
         2 * data.angle_lag()

@@ -1,8 +1,8 @@
 //! Covariance of the estimates: the sandwich estimator H⁻¹ B H⁻¹ with the noise colour of each channel.
 //!
-//! Increments of an angle over m rows, and a rate derived from an encoder, contain differenced white quantisation noise. Their score covariance is
-//! exactly B = σ_e² Σ D Dᵀ with D = w(J_k − J_{k+m}). The covariance of other channels is inflated by the autocorrelation of the residual; that
-//! of a channel with a misfit by its χ²/n.
+//! Increments of an angle over m rows, and a rate derived from an encoder, contain differenced white quantisation noise. Their score
+//! covariance is exactly B = σ_e² Σ D Dᵀ with D = w(J_k − J_{k+m}). The covariance of other channels is inflated by the autocorrelation of
+//! the residual; that of a channel with a misfit by its χ²/n.
 
 use std::collections::VecDeque;
 
@@ -88,14 +88,16 @@ pub fn covariance(problem: Problem, iterate: &Iterate, colours: &[NoiseColour], 
     from_scores(&scores, equations)
 }
 
-/// Blocks into which the rows are divided for [`clustered`], and the length of a block at least, s: longer than a plateau of a usual profile.
+/// Blocks into which the rows are divided for [`clustered`], and the length of a block at least, s: longer than a plateau of a usual
+/// profile.
 const BLOCKS: usize = 24;
 const MIN_BLOCK_S: f64 = 1.0;
 /// Blocks per parameter at least: from fewer, the estimate scatters by more than the correlation that it is to show.
 const MIN_BLOCKS_PER_PARAMETER: usize = 3;
 
-/// The covariance at an iterate from the sums of the score over blocks of rows, which may be correlated within a block in any way (cluster-robust: Liang and
-/// Zeger, Biometrika 73 (1986) 13, with the factor G/(G − p) for G blocks and p parameters). `None` where there are too few blocks.
+/// The covariance at an iterate from the sums of the score over blocks of rows, which may be correlated within a block in any way
+/// (cluster-robust: Liang and Zeger, Biometrika 73 (1986) 13, with the factor G/(G − p) for G blocks and p parameters). `None` where there
+/// are too few blocks.
 pub fn clustered(problem: Problem, iterate: &Iterate, equations: &NormalEquations) -> Option<Covariance> {
     let free = iterate.parameters.free().len();
     let (scores, blocks) = match free + iterate.initial_states.kinds.len() {

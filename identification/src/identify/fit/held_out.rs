@@ -1,8 +1,10 @@
-//! Held-out rows that a model does not describe, although it leaves only noise in the fitted rows: something happens there that happens nowhere else.
+//! Held-out rows that a model does not describe, although it leaves only noise in the fitted rows: something happens there that happens
+//! nowhere else.
 //!
-//! Blocks of 2 s are compared, because held-out rows come in such blocks. Where the model is right, the blocks are exchangeable: noise of any colour, and what the
-//! errors of the parameters add, are alike in fitted and held-out blocks. A block departs if its mean square is more than twice that of the worst fitted block. In
-//! a short block that may be chance: noise with twice the variance of the worst fitted block must have such a mean square with a probability below 10⁻⁶ only.
+//! Blocks of 2 s are compared, because held-out rows come in such blocks. Where the model is right, the blocks are exchangeable: noise of
+//! any colour, and what the errors of the parameters add, are alike in fitted and held-out blocks. A block departs if its mean square is
+//! more than twice that of the worst fitted block. In a short block that may be chance: noise with twice the variance of the worst fitted
+//! block must have such a mean square with a probability below 10⁻⁶ only.
 
 use super::channel_fit::{ChannelFit, independent_every};
 use super::prepared_log::{HELD_OUT_BLOCK_S, PreparedLog};

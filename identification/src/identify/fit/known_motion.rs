@@ -5,7 +5,8 @@ use std::ops::Range;
 use crate::statistics::distributions::chi_squared_tail;
 use crate::statistics::robust::median_in_place;
 
-/// Halves of the windows of the local fits, s, widest first. The noise of a slope falls with the power 1.5 of the window; in the narrowest one a sine of 5 Hz loses 1e-3 of its amplitude.
+/// Halves of the windows of the local fits, s, widest first. The noise of a slope falls with the power 1.5 of the window; in the narrowest
+/// one a sine of 5 Hz loses 1e-3 of its amplitude.
 const HALF_WINDOWS_S: [f64; 3] = [0.08, 0.04, 0.02];
 /// Rows on each side at least.
 const MIN_ROWS: usize = 3;
@@ -42,9 +43,10 @@ pub struct MeasuredAngle<'a> {
 
 /// The motion at each row of the segments, from a least-squares polynomial through the angle around it.
 ///
-/// Each row has the widest window in which a cubic describes the angle (Goldenshluger and Nemirovski, Math. Methods Stat. 6 (1997) 135), because a noisy slope favours a model that smooths it, such as a
-/// lag. A cubic smooths the corners of the motion, always to their inner side, and this error adds up to a dependence on the rate. It is therefore used only where no row of the window refutes it; in
-/// the narrowest window a quintic takes its place.
+/// Each row has the widest window in which a cubic describes the angle (Goldenshluger and Nemirovski, Math. Methods Stat. 6 (1997) 135),
+/// because a noisy slope favours a model that smooths it, such as a lag. A cubic smooths the corners of the motion, always to their inner
+/// side, and this error adds up to a dependence on the rate. It is therefore used only where no row of the window refutes it; in the
+/// narrowest window a quintic takes its place.
 pub fn along(angle: &MeasuredAngle, segments: &[Range<usize>]) -> Vec<KnownMotion> {
     let mut list = vec![KnownMotion { theta_rad: 0.0, omega_rad_s: 0.0, aged_rad_s: 0.0, is_resolved: false }; angle.t_s.len()];
     for (width, half_s) in HALF_WINDOWS_S.into_iter().enumerate().rev() {
@@ -88,7 +90,8 @@ struct LocalFits {
 }
 
 impl LocalFits {
-    /// The motion at the row, of a reading that is `age_s` older: of the quintic if the window has a bend. A quintic follows a corner that a cubic hardly shows, not one that a cubic does not describe.
+    /// The motion at the row, of a reading that is `age_s` older: of the quintic if the window has a bend. A quintic follows a corner that
+    /// a cubic hardly shows, not one that a cubic does not describe.
     fn motion(&self, has_bend: bool, usual: f64, age_s: f64) -> KnownMotion {
         let fit = self.quintic.as_ref().filter(|_| has_bend).unwrap_or(&self.cubic);
         KnownMotion {

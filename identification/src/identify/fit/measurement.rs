@@ -1,8 +1,8 @@
 //! Measurement chain of a channel: filters and averaging windows of the logger, lag and delay of a sensor.
 //!
-//! Rows may be long relative to the time constants: a small motor loses two fifths of its rate within 20 ms. Delays, lags and windows are therefore
-//! applied to the signal within the row ([`past`]), not to straight lines between rows. Filter, window and delay commute; a rate is filtered
-//! first, since its slope is discontinuous at rows.
+//! Rows may be long relative to the time constants: a small motor loses two fifths of its rate within 20 ms. Delays, lags and windows are
+//! therefore applied to the signal within the row ([`past`]), not to straight lines between rows. Filter, window and delay commute; a rate
+//! is filtered first, since its slope is discontinuous at rows.
 
 mod lag;
 mod past;
@@ -201,8 +201,8 @@ impl<S: Scalar> MeasurementChain<S> {
         self.value_from_history(row.input)
     }
 
-    /// Integral of the measured quantity over the previous row. Rate: the increment of the angle. Angle: the integral of its Hermite cubic. Errors
-    /// of the sensor: linear within the row.
+    /// Integral of the measured quantity over the previous row. Rate: the increment of the angle. Angle: the integral of its Hermite cubic.
+    /// Errors of the sensor: linear within the row.
     fn row_integral(&self, last: &Previous<S>, row: &Row<S>, measured: S) -> S {
         let h = row.input.t_s - last.t_s;
         if self.channel == Channel::Rate {

@@ -1,11 +1,11 @@
 //! Output-error method: the model is simulated along a log and compared with it, with given or with fitted parameters.
 //!
-//! Input: a [`PreparedLog`], a [`System`] and its [`Parameters`]. Output: a [`FitResult`] with residuals, noise and whiteness of each channel,
-//! and for a fit the parameters with their standard errors.
+//! Input: a [`PreparedLog`], a [`System`] and its [`Parameters`]. Output: a [`FitResult`] with residuals, noise and whiteness of each
+//! channel, and for a fit the parameters with their standard errors.
 //!
-//! The initial state of each segment is always fitted. Weights are 1/noise². The noise is estimated first from the measured series, then from the
-//! differences of successive residuals, on which a wrong model has little influence. One block of 2 s in four is held out: it is simulated, but
-//! has zero weight.
+//! The initial state of each segment is always fitted. Weights are 1/noise². The noise is estimated first from the measured series, then
+//! from the differences of successive residuals, on which a wrong model has little influence. One block of 2 s in four is held out: it is
+//! simulated, but has zero weight.
 
 pub mod angle_jumps;
 pub mod build;
@@ -124,7 +124,8 @@ impl FitResult {
         self.worst_chi2_per_n() <= MAX_CHI2_PER_N_OF_NOISE
     }
 
-    /// The standard errors may be too small: the model leaves more than noise, or they rest on an assumption about the voltage within the rows.
+    /// The standard errors may be too small: the model leaves more than noise, or they rest on an assumption about the voltage within the
+    /// rows.
     pub fn sigma_is_lower_bound(&self) -> bool {
         !self.leaves_noise_only() || self.rests_on_course
     }
@@ -214,8 +215,8 @@ fn fit_from(system: &System, data: &PreparedLog, start: Iterate, mut noise: Vec<
             return Err(FitError::Diverges(channel.channel.column()));
         }
     }
-    // With a wrong model, χ² per value exceeds 1. The standard errors are then larger, and the smallest relevant decrease of χ² grows with χ²
-    // per value.
+    // With a wrong model, χ² per value exceeds 1. The standard errors are then larger, and the smallest relevant decrease of χ² grows with
+    // χ² per value.
     let values = (data.len() * data.channels.len()) as f64;
     let tolerance = |cost: f64| solve::MIN_CHI2_DECREASE * (cost / values).max(1.0);
     let mut iterate = solve::minimize(Problem { system, data, weights: &weights(&noise) }, start, tolerance);

@@ -18,8 +18,8 @@ pub fn of_series(series: impl Iterator<Item = f64>) -> f64 {
 
 /// Standard deviation of the noise of residuals, from their differences: the misfit of a wrong model changes slowly by comparison.
 ///
-/// First differences give σ of white noise. For noise that passed the filter of the logger, with a correlation ρ of at most `max_correlation`
-/// between rows, the ratio of second to first differences gives ρ: var Δ²/var Δ = 3 − ρ.
+/// First differences give σ of white noise. For noise that passed the filter of the logger, with a correlation ρ of at most
+/// `max_correlation` between rows, the ratio of second to first differences gives ρ: var Δ²/var Δ = 3 − ρ.
 pub fn of_residuals(residuals: &[f64], max_correlation: f64) -> f64 {
     let finite = |d: &f64| d.is_finite();
     let first: Vec<f64> = residuals.windows(2).map(|w| w[1] - w[0]).filter(finite).collect();
@@ -79,8 +79,8 @@ const MIN_BLOCKS: usize = 20;
 
 /// Variance of block sums over that of white noise; 1 unless it is significantly larger.
 ///
-/// A misfit of a tenth of the noise over one second is not visible in the rows but biases a fit of thousands of rows. `noise` is the standard
-/// deviation of the channel. Not applicable to differenced counts, which are deterministic at low rates.
+/// A misfit of a tenth of the noise over one second is not visible in the rows but biases a fit of thousands of rows. `noise` is the
+/// standard deviation of the channel. Not applicable to differenced counts, which are deterministic at low rates.
 pub fn slow_inflation(residuals: &[f64], noise: f64) -> f64 {
     let mut worst = 1.0_f64;
     for rows in BLOCK_ROWS {

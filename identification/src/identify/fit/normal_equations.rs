@@ -1,7 +1,7 @@
 //! Normal equations, accumulated during the simulation: the Jacobian of an hour would need a gigabyte.
 //!
-//! The free parameters are common to all segments, the initial states belong to one segment each. The states are eliminated by segment (Schur
-//! complement), so that memory and computing time are proportional to the number of segments.
+//! The free parameters are common to all segments, the initial states belong to one segment each. The states are eliminated by segment
+//! (Schur complement), so that memory and computing time are proportional to the number of segments.
 
 use drive_rig::Rig;
 use nalgebra::{Cholesky, DMatrix, DVector};

@@ -1,17 +1,17 @@
 //! Outliers of the measured channels: single readings that neither a motion nor usual noise explains.
 //!
 //! A row is an outlier if its residual differs from each of its two neighbours on either side, in the same direction, by more than
-//! [`MIN_SIGMAS`] standard deviations of the noise. What a model lacks changes over several rows; a step differs from one side only. Rows near a jump
-//! of the input are never outliers: fast dynamics that a model lacks may last one row there. Neither is a current that differs by no more than the change
-//! of the voltage beside it can make. An outlier has the weight zero (a redescending
-//! M-estimator: Hampel et al., Robust Statistics, 1986, section 2.6), in every model that is compared on the log.
+//! [`MIN_SIGMAS`] standard deviations of the noise. What a model lacks changes over several rows; a step differs from one side only. Rows
+//! near a jump of the input are never outliers: fast dynamics that a model lacks may last one row there. Neither is a current that differs
+//! by no more than the change of the voltage beside it can make. An outlier has the weight zero (a redescending M-estimator: Hampel et al.,
+//! Robust Statistics, 1986, section 2.6), in every model that is compared on the log.
 
 use super::prepared_log::PreparedLog;
 use crate::model::{Channel, Input};
 use crate::statistics::Extremes;
 
-/// Distance from all neighbours, standard deviations of the noise. Of normal noise a difference of 8 σ, √2 σ in size, occurs once in 10⁸ pairs; four of
-/// them in one row hardly ever.
+/// Distance from all neighbours, standard deviations of the noise. Of normal noise a difference of 8 σ, √2 σ in size, occurs once in 10⁸
+/// pairs; four of them in one row hardly ever.
 pub const MIN_SIGMAS: f64 = 8.0;
 /// Fraction of a channel's rows above which isolated values are a property of the channel and not outliers.
 const MAX_FRACTION: f64 = 0.02;
@@ -53,8 +53,8 @@ fn of_channel(data: &PreparedLog, channel: usize, residual: &[f64], sigma: f64, 
     found
 }
 
-/// Change of the current by a change of the voltage from row to row, A/V, by regression of the measured differences: 1/R for a winding that is fast beside the
-/// rows. 0 for other channels and inputs.
+/// Change of the current by a change of the voltage from row to row, A/V, by regression of the measured differences: 1/R for a winding that
+/// is fast beside the rows. 0 for other channels and inputs.
 fn current_by_voltage_step(data: &PreparedLog, channel: usize) -> f64 {
     let channel = &data.channels[channel];
     if channel.channel != Channel::Current || data.driven != Input::Voltage {

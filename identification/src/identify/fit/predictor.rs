@@ -1,8 +1,9 @@
 //! Correction of a simulation by its innovations: the prediction-error form of the model.
 //!
-//! The simulated state is corrected after each compared value by a gain times the innovation (measured − predicted). The channels of a row are used
-//! one after the other, so that their innovations are independent (sequential form of the Kalman filter: Anderson and Moore, Optimal Filtering, 1979,
-//! section 6.4). Without gains the simulation runs freely. The gains are constant and come from [`crate::identify::predict`].
+//! The simulated state is corrected after each compared value by a gain times the innovation (measured − predicted). The channels of a row
+//! are used one after the other, so that their innovations are independent (sequential form of the Kalman filter: Anderson and Moore,
+//! Optimal Filtering, 1979, section 6.4). Without gains the simulation runs freely. The gains are constant and come from
+//! [`crate::identify::predict`].
 
 use drive_model::Scalar;
 use drive_rig::State;

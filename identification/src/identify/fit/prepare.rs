@@ -165,7 +165,8 @@ pub enum PreparationNote {
         /// Duration of a row, s.
         interval_s: f64,
     },
-    /// A rate sensor is not compared in rows in which the angle does not resolve the motion: at the ends of the segments, and where its acceleration jumps.
+    /// A rate sensor is not compared in rows in which the angle does not resolve the motion: at the ends of the segments, and where its
+    /// acceleration jumps.
     MotionNotResolved {
         /// Number of rows.
         rows: usize,
@@ -366,8 +367,8 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
 /// Window over which the temperature is averaged, s. A small motor at its limits warms by a few kelvin per second.
 const TEMPERATURE_WINDOW_S: f64 = 0.1;
 
-/// A temperature without the noise of its sensor: the mean over [`TEMPERATURE_WINDOW_S`] centred on each row, over less at the ends of a segment.
-/// Noise of the temperature would bias the estimated temperature coefficients towards zero.
+/// A temperature without the noise of its sensor: the mean over [`TEMPERATURE_WINDOW_S`] centred on each row, over less at the ends of a
+/// segment. Noise of the temperature would bias the estimated temperature coefficients towards zero.
 fn smoothed(readings: &[f64], segments: &[std::ops::Range<usize>], dt_s: f64) -> Vec<f64> {
     let half = (0.5 * TEMPERATURE_WINDOW_S / dt_s) as usize;
     let mut smooth = readings.to_vec();
@@ -390,7 +391,8 @@ pub fn is_of_sensor(channel: Channel) -> bool {
     matches!(channel, Channel::Rate | Channel::Angle)
 }
 
-/// The outputs of the model that the log contains. For a prescribed motion the voltage needs a winding in the model, the current a motor constant.
+/// The outputs of the model that the log contains. For a prescribed motion the voltage needs a winding in the model, the current a motor
+/// constant.
 fn default_outputs(log: &Log, model: &Model) -> Vec<Channel> {
     let there = |c: &Channel| log.column(c.compared_column(model.input())).is_some();
     let all = model.input().outputs().iter().copied().filter(there);
@@ -440,7 +442,8 @@ fn connected(log: &Log, model: &Model, compared: &[ComparedChannel]) -> Result<O
     Ok(Some(connected.into()))
 }
 
-/// Fraction of each row in which a bridge that coasts in the off time of its PWM connects the winding; `None` without a voltage or its supply.
+/// Fraction of each row in which a bridge that coasts in the off time of its PWM connects the winding; `None` without a voltage or its
+/// supply.
 pub fn connected_while_coasting(log: &Log) -> Option<Vec<f64>> {
     let nominal = log.notes().number("supply_nominal_V").filter(|v| *v > 0.0);
     let supply_V = |row: usize| log.column("supply_V").map(|v| v[row]).filter(|v| *v > 0.0).or(nominal);

@@ -184,7 +184,8 @@ impl PreparedLog<'_> {
         increment_rows(self.dt_s)
     }
 
-    /// Compared value of a channel at a row: the measured value, or the increment of an angle. `None` for an angle in the first rows of a segment.
+    /// Compared value of a channel at a row: the measured value, or the increment of an angle. `None` for an angle in the first rows of a
+    /// segment.
     #[inline]
     pub fn target(&self, channel: usize, row: usize, segment_begin: usize) -> Option<f64> {
         let c = &self.channels[channel];
@@ -208,8 +209,8 @@ pub fn increment_rows(dt_s: f64) -> usize {
     ((ANGLE_INCREMENT_S / dt_s).round() as usize).max(1)
 }
 
-/// The rows that are held out: the second of four blocks of 2 s, where the segment has begun long enough before for its initial states to be determined
-/// by fitted rows. Of the rows `fitted` none is held out: those of events that occur once.
+/// The rows that are held out: the second of four blocks of 2 s, where the segment has begun long enough before for its initial states to
+/// be determined by fitted rows. Of the rows `fitted` none is held out: those of events that occur once.
 pub fn held_out_rows(t_s: &[f64], segments: &[Range<usize>], fitted: &[usize]) -> Arc<[bool]> {
     let in_block = |row: usize| ((t_s[row] - t_s[0]) / HELD_OUT_BLOCK_S).floor() as i64 % HELD_OUT_PERIOD == HELD_OUT_INDEX;
     let mut held_out = vec![false; t_s.len()];
@@ -231,7 +232,8 @@ pub fn held_out_rows(t_s: &[f64], segments: &[Range<usize>], fitted: &[usize]) -
     held_out.into()
 }
 
-/// A prepared log without the columns borrowed from the log. For a result that owns the log: a struct cannot hold references to its own field.
+/// A prepared log without the columns borrowed from the log. For a result that owns the log: a struct cannot hold references to its own
+/// field.
 #[derive(Debug, Clone)]
 pub struct Preparation(PreparedLog<'static>);
 

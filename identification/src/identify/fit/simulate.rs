@@ -11,7 +11,8 @@ use super::prepare::is_of_sensor;
 use super::prepared_log::{ComparedChannel, PreparedLog};
 use crate::model::{Channel, Input};
 
-/// Simulates one segment and calls `visit(channel, row, value)` with each compared value, until it returns false. Counts the rows in the budget of the data.
+/// Simulates one segment and calls `visit(channel, row, value)` with each compared value, until it returns false. Counts the rows in the
+/// budget of the data.
 ///
 /// `kinds` and `values` are the initial states; `free` is the number of free parameters, whose derivatives precede those of the states.
 pub fn run<S: DerivativeScalar>(
@@ -166,7 +167,8 @@ const MOTION_HALF_WINDOW_S: f64 = 0.1;
 /// Rows on each side of it at least.
 const MIN_ROWS_BESIDE: usize = 2;
 
-/// Prescribed motion: rate and acceleration from a local polynomial, then the required torque, current or voltage, or the reading of a sensor of rate or angle.
+/// Prescribed motion: rate and acceleration from a local polynomial, then the required torque, current or voltage, or the reading of a
+/// sensor of rate or angle.
 fn prescribed_motion<S: Scalar>(rig: &Rig<S>, data: &PreparedLog, segment: usize, visit: &mut impl FnMut(usize, usize, &S) -> bool) {
     let rows = data.segments[segment].clone();
     let quantum = data.channels.iter().find_map(|c| c.quantum.filter(|_| c.channel == Channel::Angle)).unwrap_or(0.0);

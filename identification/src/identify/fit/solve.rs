@@ -124,8 +124,8 @@ pub fn minimize_within(problem: Problem, mut iterate: Iterate, max_steps: usize,
     iterate
 }
 
-/// A step that does not leave the limits at once: parameters at a limit that it would move outwards are `held`, so that they do not block the
-/// others. Holding one may turn the step of another outwards, hence the loop.
+/// A step that does not leave the limits at once: parameters at a limit that it would move outwards are `held`, so that they do not block
+/// the others. Holding one may turn the step of another outwards, hence the loop.
 fn step_within_limits(parameters: &Parameters, equations: &NormalEquations, damping: f64, held: &mut Vec<usize>) -> Option<Step> {
     loop {
         let step = equations.step(damping, held)?;

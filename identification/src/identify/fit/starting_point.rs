@@ -1,9 +1,9 @@
 //! Starting point of a fit whose parameters are far from the solution.
 //!
-//! Along a whole log a model with wrong parameters may not move at all: friction holds the rotor, and no derivative gives a direction. Over a
-//! quarter of a second from measured initial states the model cannot deviate far. The parameters are therefore first fitted to short windows
-//! across the log, each with its own initial states (multiple shooting without continuity constraints). The minimisation along the whole log
-//! starts there if the cost is lower than at the given parameters.
+//! Along a whole log a model with wrong parameters may not move at all: friction holds the rotor, and no derivative gives a direction. Over
+//! a quarter of a second from measured initial states the model cannot deviate far. The parameters are therefore first fitted to short
+//! windows across the log, each with its own initial states (multiple shooting without continuity constraints). The minimisation along the
+//! whole log starts there if the cost is lower than at the given parameters.
 
 use drive_model::ParameterKind;
 use rayon::prelude::*;
@@ -70,8 +70,8 @@ pub fn fit_windows(problem: Problem, parameters: &Parameters, kinds: &[InitialSt
 
 /// Repeats the minimisation from shifted values of the dry friction and returns the best iterate.
 ///
-/// Whether the rotor sticks for an interval or not is a discrete outcome: χ² has a step there, without a derivative, at which a minimisation may
-/// end. The other parameters are shifted with the friction according to the covariance.
+/// Whether the rotor sticks for an interval or not is a discrete outcome: χ² has a step there, without a derivative, at which a
+/// minimisation may end. The other parameters are shifted with the friction according to the covariance.
 pub fn escape_local_minimum(problem: Problem, iterate: Iterate) -> Iterate {
     let Problem { system, data, weights } = problem;
     let free = iterate.parameters.free();

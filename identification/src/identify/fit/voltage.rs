@@ -1,8 +1,10 @@
 //! The input within the rows: its mean, and the course of a voltage about the mean.
 //!
-//! A column of values at t is interpolated by a monotone cubic. Means over the row of a voltage that moves within it are those of a quadratic spline, and of a jump between two steady voltages. The stand records mean and first moment of each row. Its speed loop follows an estimate of the rate, which is an integral of
-//! the encoder's innovations: within a row the voltage is a random walk. Its expected course, given the means and moments of all rows, is a cubic in each row without
-//! jumps at the edges (smoothing spline: G. Wahba, Spline Models for Observational Data, 1990, section 1.3).
+//! A column of values at t is interpolated by a monotone cubic. Means over the row of a voltage that moves within it are those of a
+//! quadratic spline, and of a jump between two steady voltages. The stand records mean and first moment of each row. Its speed loop follows
+//! an estimate of the rate, which is an integral of the encoder's innovations: within a row the voltage is a random walk. Its expected
+//! course, given the means and moments of all rows, is a cubic in each row without jumps at the edges (smoothing spline: G. Wahba, Spline
+//! Models for Observational Data, 1990, section 1.3).
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -17,19 +19,21 @@ use crate::model::Input;
 const VOLTAGE_SLOPE: &str = "u_slope_V";
 /// Standard deviations of the random walk beyond which the voltage jumps at the edge of a row: a step of the setpoint.
 const MIN_JUMP_SIGMAS: f64 = 5.0;
-/// Largest difference between the rows before a jump, and between those after it, part of the jump, at which they are steady: the mean of the row tells the time of the jump to this part of the row.
+/// Largest difference between the rows before a jump, and between those after it, part of the jump, at which they are steady: the mean of
+/// the row tells the time of the jump to this part of the row.
 const MAX_STEADY_STEP: f64 = 0.02;
-/// Rows on each side of a row whose moments tell the variance there. A drive with a shaft oscillates in bursts. The moment of one row alone is no estimate: where a
-/// ramp ends at a limit, the quiet rows beyond it would have none, and the edge to them no slope.
+/// Rows on each side of a row whose moments tell the variance there. A drive with a shaft oscillates in bursts. The moment of one row alone
+/// is no estimate: where a ramp ends at a limit, the quiet rows beyond it would have none, and the edge to them no slope.
 const ROWS_BESIDE: usize = 3;
-/// Variance of the first moment of a random walk over a row, in the variance that the walk gains in the row; and that of its end, given mean and moment of the row.
+/// Variance of the first moment of a random walk over a row, in the variance that the walk gains in the row; and that of its end, given
+/// mean and moment of the row.
 const MOMENT_VARIANCE: f64 = 0.3;
 const EDGE_VARIANCE: f64 = 0.125;
 /// Steps of a drawn random walk per row.
 const WALK_STEPS: u32 = 16;
 
-/// Slope at a row of the monotone cubic through evenly spaced values, per row: the central difference, limited so that the cubic does not overshoot
-/// (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238).
+/// Slope at a row of the monotone cubic through evenly spaced values, per row: the central difference, limited so that the cubic does not
+/// overshoot (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238).
 fn monotone_slope(u: &[f64], k: usize) -> f64 {
     if k == 0 || k + 1 >= u.len() {
         return 0.0;
@@ -53,7 +57,8 @@ pub enum InputTiming {
     OverRowBefore,
 }
 
-/// The mean of the input over each row: the column itself, the mean of the monotone cubic through its values at t, or the values of the next rows.
+/// The mean of the input over each row: the column itself, the mean of the monotone cubic through its values at t, or the values of the
+/// next rows.
 pub fn input<'a>(column: &'a [f64], timing: InputTiming, segments: &[Range<usize>]) -> Cow<'a, [f64]> {
     if timing == InputTiming::OverRow {
         return Cow::Borrowed(column);
@@ -92,7 +97,8 @@ pub struct VoltageCourse {
 }
 
 impl VoltageCourse {
-    /// The expected course of a voltage: `voltage` has its means over the rows, or its values at t. `None` where the log lacks what it is to be made of, or the input is no voltage.
+    /// The expected course of a voltage: `voltage` has its means over the rows, or its values at t. `None` where the log lacks what it is
+    /// to be made of, or the input is no voltage.
     pub fn expected(log: &Log, voltage: &[f64], driven: Input, known: Known, segments: &[Range<usize>]) -> Option<Self> {
         if driven != Input::Voltage {
             return None;
@@ -113,8 +119,9 @@ impl VoltageCourse {
         Some(VoltageCourse { rows_V: course.into(), known })
     }
 
-    /// Another course that the log does not exclude: of a random walk with the means, or means and moments, of the log, `means_V` over the rows. The difference of a walk from its own expected
-    /// course is added to the expected course of the log (conditioning by kriging: Chilès and Delfiner, Geostatistics, 2012, section 7.3). `None` where the log has values at t, between which a voltage is smooth.
+    /// Another course that the log does not exclude: of a random walk with the means, or means and moments, of the log, `means_V` over the
+    /// rows. The difference of a walk from its own expected course is added to the expected course of the log (conditioning by kriging:
+    /// Chilès and Delfiner, Geostatistics, 2012, section 7.3). `None` where the log has values at t, between which a voltage is smooth.
     pub fn drawn(&self, means_V: &[f64], segments: &[Range<usize>], random: &mut impl Rng) -> Option<Self> {
         if self.known == Known::Values {
             return None;
@@ -160,8 +167,8 @@ fn by_values(u: &[f64], course: &mut [[f64; 3]]) {
     }
 }
 
-/// Difference at the begin of each row between the values that the row and the row before it tell; 0 at the first row and at jumps. For a random walk its variance is `EDGE_VARIANCE` times that
-/// which the walk gains in both rows; a smooth voltage has none, whatever its slope.
+/// Difference at the begin of each row between the values that the row and the row before it tell; 0 at the first row and at jumps. For a
+/// random walk its variance is `EDGE_VARIANCE` times that which the walk gains in both rows; a smooth voltage has none, whatever its slope.
 fn differences_at_edges(means: &[f64], course: &[[f64; 3]]) -> Vec<f64> {
     let moments: Vec<f64> = course.iter().map(|c| c[0]).collect();
     let variance = walk_variance(&moments, MOMENT_VARIANCE);
@@ -169,7 +176,8 @@ fn differences_at_edges(means: &[f64], course: &[[f64; 3]]) -> Vec<f64> {
     (0..means.len()).map(|k| if k == 0 { 0.0 } else { difference(k) }).collect()
 }
 
-/// Second difference of the means, centred at each row; 0 at the ends and beside a jump. For a random walk its variance is that which the walk gains in a row.
+/// Second difference of the means, centred at each row; 0 at the ends and beside a jump. For a random walk its variance is that which the
+/// walk gains in a row.
 fn second_differences(means: &[f64]) -> Vec<f64> {
     let n = means.len();
     let mut second: Vec<f64> =
@@ -180,7 +188,8 @@ fn second_differences(means: &[f64]) -> Vec<f64> {
     second
 }
 
-/// Variance that the random walk gains in each row, by the mean square of `values` in the rows around it. `of_one`: the variance of one value, in that of the walk.
+/// Variance that the random walk gains in each row, by the mean square of `values` in the rows around it. `of_one`: the variance of one
+/// value, in that of the walk.
 fn walk_variance(values: &[f64], of_one: f64) -> Vec<f64> {
     let n = values.len();
     let around = |k: usize| &values[k.saturating_sub(ROWS_BESIDE)..n.min(k + ROWS_BESIDE + 1)];
@@ -210,19 +219,20 @@ fn random_walk(variance: &[f64], random: &mut impl Rng) -> Vec<[f64; 4]> {
     variance.iter().map(row).collect()
 }
 
-/// Difference between the values at the begin of row `k` that this row and the row before it tell, each by its mean and moment; `None`: the voltage jumps there.
+/// Difference between the values at the begin of row `k` that this row and the row before it tell, each by its mean and moment; `None`: the
+/// voltage jumps there.
 fn edge_difference(means: &[f64], moments: &[f64], variance: &[f64], k: usize) -> Option<f64> {
     let difference = (means[k] - 5.0 / 6.0 * moments[k]) - (means[k - 1] + 5.0 / 6.0 * moments[k - 1]);
     let both = variance[k - 1] + variance[k];
     (difference * difference < MIN_JUMP_SIGMAS.powi(2) * EDGE_VARIANCE * both).then_some(difference)
 }
 
-/// Expected course of a random walk with these means and first moments, which gains this variance in each row. The slopes at the edges, each over the variance of its row the same on both sides, are
-/// such that no value jumps there; at a jump they are zero.
+/// Expected course of a random walk with these means and first moments, which gains this variance in each row. The slopes at the edges,
+/// each over the variance of its row the same on both sides, are such that no value jumps there; at a jump they are zero.
 fn by_moments(means: &[f64], moments: &[f64], variance: &[f64], course: &mut [[f64; 3]]) {
     let n = means.len();
-    // With the slope m = f s² at an edge, s² the variance of the row: −s²(k−1) f(k−1) + 3 (s²(k−1) + s²(k)) f(k) − s²(k) f(k+1) = 24 × the difference at edge k;
-    // solved by elimination from the first edge.
+    // With the slope m = f s² at an edge, s² the variance of the row: −s²(k−1) f(k−1) + 3 (s²(k−1) + s²(k)) f(k) − s²(k) f(k+1) = 24 × the
+    // difference at edge k; solved by elimination from the first edge.
     let (mut factor, mut slopes) = (vec![0.0; n + 1], vec![0.0; n + 1]);
     for k in 1..n {
         let Some(difference) = edge_difference(means, moments, variance, k) else { continue };
@@ -238,7 +248,8 @@ fn by_moments(means: &[f64], moments: &[f64], variance: &[f64], course: &mut [[f
     }
 }
 
-/// Rise of a voltage that jumps once within row `k`, at its begin or at its end, between two steady voltages. `None`: it does not. A voltage of a loop swings within a row as well.
+/// Rise of a voltage that jumps once within row `k`, at its begin or at its end, between two steady voltages. `None`: it does not. A
+/// voltage of a loop swings within a row as well.
 fn jump(means: &[f64], k: usize) -> Option<f64> {
     if k < ROWS_BESIDE || k + ROWS_BESIDE >= means.len() {
         return None;
@@ -257,7 +268,8 @@ fn jump_course(rise: f64, at: f64) -> [f64; 3] {
     [3.0 * rise * (1.0 - x) * x, 5.0 * rise * ((3.0 - 2.0 * x) * x - 1.0) * x, 7.0 * rise * (((10.0 - 5.0 * x) * x - 6.0) * x + 1.0) * x]
 }
 
-/// Expected course with these means, of a voltage that may jump: the mean of a row with a jump between two steady voltages tells its time. Between the jumps as [`by_means`].
+/// Expected course with these means, of a voltage that may jump: the mean of a row with a jump between two steady voltages tells its time.
+/// Between the jumps as [`by_means`].
 fn by_means_and_jumps(means: &[f64], course: &mut [[f64; 3]]) {
     let mut begin = 0;
     for k in 0..means.len() {
@@ -270,8 +282,9 @@ fn by_means_and_jumps(means: &[f64], course: &mut [[f64; 3]]) {
     by_means(&means[begin..], &mut course[begin..]);
 }
 
-/// Expected course of a random walk with these means: the quadratic in each row with which value and slope are continuous at the edges. Values e at the edges: e(k) + 4 e(k+1) + e(k+2) = 3 (m(k) + m(k+1)), at both
-/// ends, where the slope is zero, 2 e + e' = 3 m; solved by elimination from the first edge.
+/// Expected course of a random walk with these means: the quadratic in each row with which value and slope are continuous at the edges.
+/// Values e at the edges: e(k) + 4 e(k+1) + e(k+2) = 3 (m(k) + m(k+1)), at both ends, where the slope is zero, 2 e + e' = 3 m; solved by
+/// elimination from the first edge.
 fn by_means(means: &[f64], course: &mut [[f64; 3]]) {
     let n = means.len();
     let (mut factor, mut edges) = (vec![0.0; n + 1], vec![0.0; n + 1]);
@@ -315,7 +328,8 @@ mod tests {
 
     #[test]
     fn smooth_voltage_is_reproduced_and_continuous() {
-        // Means and first moments of sin(t) over rows of 0.3. Where the moments pass through zero, so does the assumed variance: 4e-3 of the amplitude.
+        // Means and first moments of sin(t) over rows of 0.3. Where the moments pass through zero, so does the assumed variance: 4e-3 of
+        // the amplitude.
         let h = 0.3;
         let (mut means, mut moments) = (Vec::new(), Vec::new());
         for k in 0..40 {
@@ -345,7 +359,8 @@ mod tests {
         (0..rows).map(|k| means[k] + value(course[k], 1.0) - voltage((k + 1) as f64)).collect()
     }
 
-    /// A shaft that oscillates for 20 rows, with seven rows per period, in a quiet log. With a variance by each row's own moment the error would be 0.07.
+    /// A shaft that oscillates for 20 rows, with seven rows per period, in a quiet log. With a variance by each row's own moment the error
+    /// would be 0.07.
     #[test]
     fn oscillation_in_a_burst_is_reproduced() {
         let errors =
@@ -353,7 +368,8 @@ mod tests {
         assert!(errors[46..55].iter().all(|e| e.abs() < 0.005), "{errors:?}");
     }
 
-    /// The end of play: the voltage falls to a limit, 1 per row. With a variance by each row's own moment the edge before the end would be off by 0.13.
+    /// The end of play: the voltage falls to a limit, 1 per row. With a variance by each row's own moment the edge before the end would be
+    /// off by 0.13.
     #[test]
     fn ramp_that_ends_at_a_limit_is_reproduced() {
         let errors = errors_at_ends(|t| (10.0 - t).clamp(-5.2, 0.0), 30);

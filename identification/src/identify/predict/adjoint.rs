@@ -1,9 +1,9 @@
 //! Gradient of the likelihood by a torque, or by an error of a reading, at each row.
 //!
-//! In: the row model, the filter and its innovations. Out: a [`Gradient`]: for each row the derivative of ln L by a torque over the row and by an error of
-//! each reading. One recursion backwards in time gives all of them (the adjoint of the filter: Bryson and Ho, Applied Optimal Control, 1975, chapter 2).
-//! Any effect that is linear in its amplitude has the score Σ gradient × signature. The torque's gradient times its density is the smoothed estimate of
-//! the random torque.
+//! In: the row model, the filter and its innovations. Out: a [`Gradient`]: for each row the derivative of ln L by a torque over the row and
+//! by an error of each reading. One recursion backwards in time gives all of them (the adjoint of the filter: Bryson and Ho, Applied
+//! Optimal Control, 1975, chapter 2). Any effect that is linear in its amplitude has the score Σ gradient × signature. The torque's
+//! gradient times its density is the smoothed estimate of the random torque.
 
 use super::row_model::{DriveState, RowModel};
 use crate::identify::fit::PreparedLog;
@@ -21,7 +21,8 @@ pub struct Gradient {
 /// States of the drive at most.
 const MAX_STATES: usize = 4;
 
-/// The gradient at these innovations (by channel and row). `rests` states whether the rotor rests throughout a row, where no torque moves it.
+/// The gradient at these innovations (by channel and row). `rests` states whether the rotor rests throughout a row, where no torque moves
+/// it.
 pub fn gradient(
     model: &RowModel,
     predictor: &Predictor,

@@ -1,6 +1,7 @@
 //! Uncertainty of the parameters by the unknown course of the input within the rows.
 //!
-//! In: a fit and its log. Out: the covariance of the parameters over the courses that the log does not exclude. It is added to the covariance by the noise. There are two cases:
+//! In: a fit and its log. Out: the covariance of the parameters over the courses that the log does not exclude. It is added to the
+//! covariance by the noise. There are two cases:
 //!
 //! * the column has means over the row: the voltage may move within the row ([`by_course`]);
 //! * the column has values at t: a converter may hold each of them for a part of the row ([`by_hold`]).
@@ -19,7 +20,8 @@ use crate::log::Log;
 /// Courses of the voltage that are drawn: their standard deviation is then known to a quarter.
 const COURSES: usize = 10;
 
-/// The data with a voltage that moves within the rows; `None` where the log leaves nothing open: no voltage, its values at t, or a note that it is held.
+/// The data with a voltage that moves within the rows; `None` where the log leaves nothing open: no voltage, its values at t, or a note
+/// that it is held.
 pub fn with_course<'d, 'l>(log: &'l Log, data: &'d PreparedLog<'l>) -> Option<Cow<'d, PreparedLog<'l>>> {
     if let Some(course) = &data.voltage_course {
         return (course.known != Known::Values).then_some(Cow::Borrowed(data));
@@ -29,8 +31,9 @@ pub fn with_course<'d, 'l>(log: &'l Log, data: &'d PreparedLog<'l>) -> Option<Co
     Some(Cow::Owned(moving))
 }
 
-/// Covariance of the free coordinates over drawn courses of the voltage: each is a random walk with the means, or means and moments, of the log. It is that of the steps from `iterate` to the
-/// minima with these courses (multiple imputation: Rubin, Multiple Imputation for Nonresponse in Surveys, 1987). `open`: the data [`with_course`]. `None` where no course can be drawn, or the equations are singular.
+/// Covariance of the free coordinates over drawn courses of the voltage: each is a random walk with the means, or means and moments, of the
+/// log. It is that of the steps from `iterate` to the minima with these courses (multiple imputation: Rubin, Multiple Imputation for
+/// Nonresponse in Surveys, 1987). `open`: the data [`with_course`]. `None` where no course can be drawn, or the equations are singular.
 pub fn by_course(system: &System, open: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
     let here = step(iterate, weights)?;
     let differences: Option<Vec<DVector<f64>>> = drawn_courses(open)?
@@ -60,8 +63,8 @@ pub fn covariance_of(differences: &[DVector<f64>]) -> DMatrix<f64> {
     sum * ((1.0 + 1.0 / count) / count)
 }
 
-/// Covariance of the parameters by the course of the input, at `iterate`, which is linearised along `data`. `None` where the course is known, or the likelihood refutes that a voltage moved which was
-/// taken as constant within the rows.
+/// Covariance of the parameters by the course of the input, at `iterate`, which is linearised along `data`. `None` where the course is
+/// known, or the likelihood refutes that a voltage moved which was taken as constant within the rows.
 pub fn course_covariance(system: &System, log: &Log, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
     if hold_is_open(log, data) {
         return Some(iterate.parameters.full_covariance(&by_hold(system, log, data, iterate, weights)?));
@@ -78,8 +81,9 @@ fn hold_is_open(log: &Log, data: &PreparedLog) -> bool {
     data.input_timing != InputTiming::OverRow && !log.notes().states_timing(data.driven.column())
 }
 
-/// Covariance of the free coordinates by the time for which a converter holds each value of the input. No note states that time: it is taken as even between 0, for which the model was fitted,
-/// and a row. The input then comes later by up to half a row, or by up to a row where values of the row before were assumed.
+/// Covariance of the free coordinates by the time for which a converter holds each value of the input. No note states that time: it is
+/// taken as even between 0, for which the model was fitted, and a row. The input then comes later by up to half a row, or by up to a row
+/// where values of the row before were assumed.
 fn by_hold(system: &System, log: &Log, data: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
     let mut held_values = data.clone();
     held_values.input = log.column(data.driven.column())?.into();
@@ -99,7 +103,8 @@ pub fn add_course(fit: &mut FitResult, by_course: &DMatrix<f64>) {
     }
 }
 
-/// A free run with the covariance by the course, where it leaves only noise or its values at t may be held. The stand's own moments of an open loop determine the course.
+/// A free run with the covariance by the course, where it leaves only noise or its values at t may be held. The stand's own moments of an
+/// open loop determine the course.
 pub fn with_course_of_free_run(system: &System, log: &Log, data: &PreparedLog, mut fit: FitResult) -> FitResult {
     let is_known = data.voltage_course.as_ref().is_some_and(|course| course.known == Known::Moments);
     if is_known || data.budget.is_exhausted() || !(fit.leaves_noise_only() || hold_is_open(log, data)) {

@@ -1,7 +1,7 @@
 //! Parameters, random torque and noise of largest likelihood.
 //!
-//! From the parameters of a free run: the density of the random torque falls by decades from the largest; the density with the largest likelihood stays.
-//! Noise and parameters then follow in turn, until the likelihood does not grow.
+//! From the parameters of a free run: the density of the random torque falls by decades from the largest; the density with the largest
+//! likelihood stays. Noise and parameters then follow in turn, until the likelihood does not grow.
 
 use std::sync::Arc;
 
@@ -100,8 +100,8 @@ impl<'s, 'a> Prediction<'s, 'a> {
         PreparedLog { predictor: Some(Arc::clone(predictor)), ..self.data.clone() }
     }
 
-    /// The fit of largest likelihood from parameters near it: the density at these parameters, then all that is random, and the parameters to the end;
-    /// and whether it has converged.
+    /// The fit of largest likelihood from parameters near it: the density at these parameters, then all that is random, and the parameters
+    /// to the end; and whether it has converged.
     pub fn fit_near(&self, parameters: &Parameters) -> Option<(PredictionFit, bool)> {
         let noise = NoiseModel { torque_density: self.largest_density(parameters)?, white: self.first_noise() };
         let floor = self.smallest_density(parameters)?;
@@ -123,7 +123,8 @@ impl<'s, 'a> Prediction<'s, 'a> {
         Some((best, false))
     }
 
-    /// The most likely density below that of a point, in decades, at its parameters: at least one decade below, as the parameters are to follow.
+    /// The most likely density below that of a point, in decades, at its parameters: at least one decade below, as the parameters are to
+    /// follow.
     fn best_lower_density(&self, point: &PredictionFit, floor: f64) -> Option<PredictionFit> {
         let mut best = self.at_density(point, (point.noise.torque_density * 0.1).max(floor))?;
         while best.noise.torque_density > floor {

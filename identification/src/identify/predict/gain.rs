@@ -1,8 +1,9 @@
 //! The stationary Kalman filter of a row model.
 //!
-//! In: a [`RowModel`], the density of the random torque, white noise of each channel. Out: a [`Predictor`]: gains, and the variance of
-//! each channel's innovations. The covariance of the prediction solves the discrete algebraic Riccati equation, by the structure-preserving doubling
-//! algorithm (Chu, Fan, Lin, Wang, Int. J. Control 77 (2004) 767), which converges quadratically also for a very small random torque.
+//! In: a [`RowModel`], the density of the random torque, white noise of each channel. Out: a [`Predictor`]: gains, and the variance of each
+//! channel's innovations. The covariance of the prediction solves the discrete algebraic Riccati equation, by the structure-preserving
+//! doubling algorithm (Chu, Fan, Lin, Wang, Int. J. Control 77 (2004) 767), which converges quadratically also for a very small random
+//! torque.
 
 use nalgebra::{DMatrix, DVector};
 

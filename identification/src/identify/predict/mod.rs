@@ -1,10 +1,11 @@
 //! Prediction-error form of a model: a Kalman filter follows the measurement, and the likelihood of its innovations judges the model.
 //!
-//! In: a prepared log, a system with parameters. Out: the parameters, the intensity of a random torque, the noise of each channel, the innovations and
-//! their likelihood ([`PredictionFit`]).
+//! In: a prepared log, a system with parameters. Out: the parameters, the intensity of a random torque, the noise of each channel, the
+//! innovations and their likelihood ([`PredictionFit`]).
 //!
-//! The drive is a state-space model with a random torque of intensity q on the rotor and noise on each channel (innovation form: Ljung, System
-//! Identification, 1999, sections 4.3 and 7.2). q = 0 is the free run (output error); a large q is regression from row to row. The stages:
+//! The drive is a state-space model with a random torque of intensity q on the rotor and noise on each channel (innovation form: Ljung,
+//! System Identification, 1999, sections 4.3 and 7.2). q = 0 is the free run (output error); a large q is regression from row to row. The
+//! stages:
 //!
 //! * [`row_model`]: one row of the drive, linearised: transition, random torque, readings;
 //! * [`gain`]: the stationary Kalman filter of that row model;

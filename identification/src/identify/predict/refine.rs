@@ -1,8 +1,8 @@
 //! Final parameters and standard errors of a fit; by prediction errors, where the input was made from a compared channel.
 //!
-//! In a loop the noise of a reading returns in the input. An angle is compared in a free run by its increments, and the noise at the begin of an increment
-//! then correlates with the input within it: the estimates are biased (Ljung, System Identification, 1999, section 13.4). The
-//! innovations of a filter depend on no earlier noise; their estimates are consistent. Where a free run leaves more than noise, its
+//! In a loop the noise of a reading returns in the input. An angle is compared in a free run by its increments, and the noise at the begin
+//! of an increment then correlates with the input within it: the estimates are biased (Ljung, System Identification, 1999, section 13.4).
+//! The innovations of a filter depend on no earlier noise; their estimates are consistent. Where a free run leaves more than noise, its
 //! parameters stay: the filter would take what the model lacks for a random torque.
 
 use nalgebra::DMatrix;
@@ -14,8 +14,8 @@ use crate::identify::fit::{self, FitResult, Iterate, PreparedLog, Problem, Syste
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
-/// The fit with its final parameters and standard errors: those of the prediction errors where the input may be from a loop, otherwise those of the free run; both with what the log leaves
-/// open of the input within its rows. Also whether they are of the prediction errors.
+/// The fit with its final parameters and standard errors: those of the prediction errors where the input may be from a loop, otherwise
+/// those of the free run; both with what the log leaves open of the input within its rows. Also whether they are of the prediction errors.
 pub fn refined(system: &System, log: &Log, data: &PreparedLog, free_run: FitResult) -> (FitResult, bool) {
     let in_loop = may_be_in_loop(log, data) && free_run.converged && !data.budget.is_exhausted();
     if in_loop
@@ -39,8 +39,9 @@ fn may_be_in_loop(log: &Log, data: &PreparedLog) -> bool {
     increments && !matches!(data.driven, Input::Motion | Input::Setpoint) && !log.notes().is_open_loop()
 }
 
-/// The parameters of largest likelihood of the innovations, with their standard errors, and the free run with these parameters. `None` where the model has no
-/// prediction-error form, or the free run leaves more than noise: the filter then follows an error of the simulation.
+/// The parameters of largest likelihood of the innovations, with their standard errors, and the free run with these parameters. `None`
+/// where the model has no prediction-error form, or the free run leaves more than noise: the filter then follows an error of the
+/// simulation.
 fn by_prediction_errors(system: &System, log: &Log, data: &PreparedLog, free_run: &FitResult) -> Option<FitResult> {
     let prediction = Prediction::new(system, data);
     let (found, converged) = prediction.fit_near(&free_run.parameters)?;
@@ -69,8 +70,9 @@ fn by_prediction_errors(system: &System, log: &Log, data: &PreparedLog, free_run
     })
 }
 
-/// Covariance of the parameters from blocks of rows, within which the noise may have any correlation. In a loop it returns in the input, and the counting error of an encoder at rest or at a
-/// steady rate is constant or periodic: neither is the white noise of a free run or of a filter. `None` where there are too few blocks.
+/// Covariance of the parameters from blocks of rows, within which the noise may have any correlation. In a loop it returns in the input,
+/// and the counting error of an encoder at rest or at a steady rate is constant or periodic: neither is the white noise of a free run or of
+/// a filter. `None` where there are too few blocks.
 fn covariance_by_blocks(problem: Problem, iterate: &Iterate) -> Option<DMatrix<f64>> {
     let by_blocks = clustered(problem, iterate, &iterate.normal_equations(problem.weights))?;
     Some(iterate.parameters.full_covariance(&by_blocks.matrix))

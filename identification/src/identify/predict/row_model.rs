@@ -1,7 +1,9 @@
-//! One row of the drive, linearised about a sliding rotor: transition of the state, covariance by a random torque, readings of the channels.
+//! One row of the drive, linearised about a sliding rotor: transition of the state, covariance by a random torque, readings of the
+//! channels.
 //!
-//! In: a system with its parameters, a prepared log. Out: a [`RowModel`]. The derivatives come from the rig itself, in dual numbers, at a row whose
-//! rate is near the usual one of the log: friction is sliding there. States without influence on the compared channels are left out.
+//! In: a system with its parameters, a prepared log. Out: a [`RowModel`]. The derivatives come from the rig itself, in dual numbers, at a
+//! row whose rate is near the usual one of the log: friction is sliding there. States without influence on the compared channels are left
+//! out.
 
 use drive_model::Dual;
 use drive_rig::{Rig, State};
@@ -108,8 +110,8 @@ pub fn row_model(system: &System, parameters: &Parameters, data: &PreparedLog) -
     finite.then_some(RowModel { states, transition, by_torque, torque_response, readings, over_row })
 }
 
-/// Covariance by a random torque, and response to a constant one, that act on the motor's side, as the friction does; by the midpoint rule over the
-/// parts of a row.
+/// Covariance by a random torque, and response to a constant one, that act on the motor's side, as the friction does; by the midpoint rule
+/// over the parts of a row.
 fn covariance_by_torque(
     states: &[DriveState],
     part: &DMatrix<f64>,

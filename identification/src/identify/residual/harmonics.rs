@@ -1,8 +1,8 @@
 //! Periodic components of a residual: harmonics of the angle, and lines in time.
 //!
 //! A Fourier transform of sums in bins of the angle gives hundreds of harmonics in one pass over the rows. The dependence of the amplitude
-//! on the rate discriminates the causes: in the rate, a torque gives a/(nω), an error of the rate sensor a, an encoder error a·nω. The sums are
-//! therefore weighted in each of these ways.
+//! on the rate discriminates the causes: in the rate, a torque gives a/(nω), an error of the rate sensor a, an encoder error a·nω. The sums
+//! are therefore weighted in each of these ways.
 
 use crate::statistics::fourier::transform;
 use crate::statistics::robust::median;

@@ -1,9 +1,9 @@
 //! Analysis of residuals: over which coordinates is the residual of a fitted model not noise?
 //!
-//! Input: a log, its prepared data and the fit result. Output: [`Misfit`]s, the most significant first. Nothing is simulated again: the response
-//! of every channel to a missing torque or voltage follows from inertia, motor constant and resistance ([`rows`]). A few shapes over each
-//! coordinate ([`shapes`]), harmonics of the angle and lines in time ([`harmonics`]) are searched in all channels together ([`search`]) and tested
-//! against noise of the remaining residual's colour ([`significance`]).
+//! Input: a log, its prepared data and the fit result. Output: [`Misfit`]s, the most significant first. Nothing is simulated again: the
+//! response of every channel to a missing torque or voltage follows from inertia, motor constant and resistance ([`rows`]). A few shapes
+//! over each coordinate ([`shapes`]), harmonics of the angle and lines in time ([`harmonics`]) are searched in all channels together
+//! ([`search`]) and tested against noise of the remaining residual's colour ([`significance`]).
 
 pub mod harmonics;
 mod misfits;
@@ -110,8 +110,8 @@ pub fn misfits(log: &Log, data: &PreparedLog, fit: &FitResult) -> Vec<Misfit> {
     misfits::by_channel(search::search(rows, fit))
 }
 
-/// Excess χ²/n that an error of the input (by row, in its unit) would leave in each channel, by the linear response of the fitted drive; `None` for a
-/// prescribed motion.
+/// Excess χ²/n that an error of the input (by row, in its unit) would leave in each channel, by the linear response of the fitted drive;
+/// `None` for a prescribed motion.
 pub fn excess_of_input_error(log: &Log, data: &PreparedLog, fit: &FitResult, error: &[f64]) -> Option<Vec<f64>> {
     let rows = rows::ResidualRows::new(log, data, fit)?;
     let disturbance = match data.driven {

@@ -27,8 +27,8 @@ impl ResidualPlotData {
         Some(ResidualPlotData { rows, since_reversal_s })
     }
 
-    /// Spectrum of channel `index` over the harmonic order, with the weight (1/ω, 1, ω, i/ω) that gives the largest peak; `None` for less than
-    /// one revolution.
+    /// Spectrum of channel `index` over the harmonic order, with the weight (1/ω, 1, ω, i/ω) that gives the largest peak; `None` for less
+    /// than one revolution.
     pub fn spectrum(&self, index: usize) -> Option<Spectrum> {
         let n = self.rows.len();
         let unit = self.rows.channels.get(index)?.unit;

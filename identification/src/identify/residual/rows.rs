@@ -1,8 +1,10 @@
-//! Residuals with their coordinates, per row or per block of rows, and the response of the residuals to a missing torque, voltage or reading.
+//! Residuals with their coordinates, per row or per block of rows, and the response of the residuals to a missing torque, voltage or
+//! reading.
 //!
-//! Residuals are in units of the channel's noise; the channels follow each other in one vector. The response of the rate to a missing torque τ
-//! is J δω' = τ − λ J δω with λ J = K²/R + b for a voltage input and b for a current input. The response of the current is −K/R δω; that of the
-//! angle's increments is the integral of δω over 20 ms. A voltage v acts as the torque K v/R, and directly as v/R on the current.
+//! Residuals are in units of the channel's noise; the channels follow each other in one vector. The response of the rate to a missing
+//! torque τ is J δω' = τ − λ J δω with λ J = K²/R + b for a voltage input and b for a current input. The response of the current is −K/R
+//! δω; that of the angle's increments is the integral of δω over 20 ms. A voltage v acts as the torque K v/R, and directly as v/R on the
+//! current.
 
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! Forward selection of the shapes that explain the residual of all channels together.
 //!
-//! Each round takes the shape family with the largest decrease of n ln(sum of squares) + k ln n (BIC), if it is significant against noise of
-//! the remaining residual's colour, and removes it from the residual. A coordinate correlated with one found before has nothing left to
+//! Each round takes the shape family with the largest decrease of n ln(sum of squares) + k ln n (BIC), if it is significant against noise
+//! of the remaining residual's colour, and removes it from the residual. A coordinate correlated with one found before has nothing left to
 //! explain and is not listed.
 
 use std::sync::Arc;
@@ -66,7 +66,8 @@ struct Candidate {
     coordinate: Coordinate,
     entry: Entry,
     shape: ShapeKind,
-    /// Empty for a harmonic until it is tested: its columns have the length of the log, and a dozen of them would exceed the log many times.
+    /// Empty for a harmonic until it is tested: its columns have the length of the log, and a dozen of them would exceed the log many
+    /// times.
     columns: Arc<[Vec<f64>]>,
     /// Number of columns.
     width: usize,

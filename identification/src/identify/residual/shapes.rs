@@ -288,8 +288,8 @@ pub fn travelled_turns(rows: &ResidualRows) -> f64 {
 /// Takes a shape by its columns.
 type AddShape<'a> = dyn FnMut(Coordinate, Entry, ShapeKind, &[Vec<f64>]) + 'a;
 
-/// Offsets and scales that differ from log to log: of the torque, the voltage and each reading. The fit has removed the mean over the logs, so that the
-/// values of all logs are one more than can be told apart; the orthonormal columns leave one out.
+/// Offsets and scales that differ from log to log: of the torque, the voltage and each reading. The fit has removed the mean over the logs,
+/// so that the values of all logs are one more than can be told apart; the orthonormal columns leave one out.
 fn by_log(rows: &ResidualRows, entries: &[Entry], voltage: bool, add: &mut AddShape) {
     if rows.runs < 2 {
         return;

@@ -1,9 +1,9 @@
 //! Significance of a shape against noise with the spectrum of the remaining residual.
 //!
 //! The surrogates are all circular shifts of the remaining residual relative to the shapes: they have its spectrum, but no relation to the
-//! shapes. Over all shifts the covariance of the projections Qᵀe is Σ_f S(f) Q̂(f) Q̂(f)ᴴ with the spectrum S of the remaining residual, so that
-//! one transform gives all shifts. The projections of the residual itself are compared with this covariance as F(k, ν), where ν is the number
-//! of independent spectral values that determine the covariance: few for a trend, thousands for a fast shape.
+//! shapes. Over all shifts the covariance of the projections Qᵀe is Σ_f S(f) Q̂(f) Q̂(f)ᴴ with the spectrum S of the remaining residual, so
+//! that one transform gives all shifts. The projections of the residual itself are compared with this covariance as F(k, ν), where ν is the
+//! number of independent spectral values that determine the covariance: few for a trend, thousands for a fast shape.
 
 use nalgebra::{DMatrix, DVector};
 use realfft::num_complex::Complex;

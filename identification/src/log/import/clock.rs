@@ -1,7 +1,8 @@
-//! The time of a recording from the clock of its logger: counters that overflow, midnight, a clock that restarts, rows that are written twice.
+//! The time of a recording from the clock of its logger: counters that overflow, midnight, a clock that restarts, rows that are written
+//! twice.
 //!
-//! In: the clock of each row, in the unit of the file. Out: time in s that increases from row to row, with the events that were found. What is none of these
-//! events, a clock that steps back, is an error.
+//! In: the clock of each row, in the unit of the file. Out: time in s that increases from row to row, with the events that were found. What
+//! is none of these events, a clock that steps back, is an error.
 
 use crate::statistics::robust::median;
 

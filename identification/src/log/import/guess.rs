@@ -1,4 +1,5 @@
-//! What the columns of another program's table probably are, by their names and stated units; [`super::questions`] compares them with the values.
+//! What the columns of another program's table probably are, by their names and stated units; [`super::questions`] compares them with the
+//! values.
 //!
 //! Nothing is used without consent: the user accepts a [`Belief`] or states something else.
 

@@ -1,8 +1,8 @@
 //! Reads tables from HDF5 files: MATLAB files of version 7.3 (`save -v7.3`), and those of h5py.
 //!
-//! In: a `.mat`, `.h5` or `.hdf5` file. Out: as in [`super::mat`], a column for each numeric vector of the most frequent length, for each column of a matrix
-//! with that many rows, and for each such data set of a group or structure (`run.speed`). MATLAB stores a matrix column by column, so that HDF5 shows it
-//! transposed; the attribute `MATLAB_class` tells which is meant.
+//! In: a `.mat`, `.h5` or `.hdf5` file. Out: as in [`super::mat`], a column for each numeric vector of the most frequent length, for each
+//! column of a matrix with that many rows, and for each such data set of a group or structure (`run.speed`). MATLAB stores a matrix column
+//! by column, so that HDF5 shows it transposed; the attribute `MATLAB_class` tells which is meant.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! What a file of any program contains: rows, rate, gaps, and for each column its range, resolution, saturation and what it is believed to be.
+//! What a file of any program contains: rows, rate, gaps, and for each column its range, resolution, saturation and what it is believed to
+//! be.
 
 use std::path::{Path, PathBuf};
 
@@ -164,7 +165,8 @@ pub fn inspect_table(path: &Path, table: &Table, stored: Option<&ImportMapping>,
 }
 
 impl Inspection {
-    /// Writes the import file, by which [`Log::read`] reads the log from then on; its path. The log is read once, so that what cannot be read is found now.
+    /// Writes the import file, by which [`Log::read`] reads the log from then on; its path. The log is read once, so that what cannot be
+    /// read is found now.
     ///
     /// # Errors
     /// The file system fails, or the log cannot be read by the mapping: an earlier import file then stays.

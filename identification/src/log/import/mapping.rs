@@ -216,7 +216,8 @@ pub fn beliefs(
         for other in list.iter_mut().filter(|b| b.target.as_ref() == Some(target)) {
             (other.target, other.evidence) = (None, Evidence::Unknown);
         }
-        // A unit of the file's own stays. Without one the name that the user states has the unit; a time and counts are decided by their values.
+        // A unit of the file's own stays. Without one the name that the user states has the unit; a time and counts are decided by their
+        // values.
         let column = &table.columns[k];
         let in_file = Unit::parse(&column.unit).or(super::units::split_name(&list[k].source).1.map(|u| u.0));
         let quantity = quantity_of(target);

@@ -1,10 +1,11 @@
 //! Reads tables from MATLAB files of version 5 (`save -v6`, `save -v7`).
 //!
-//! In: a `.mat` file. Out: a column for each numeric vector of the most frequent length, for each column of a matrix with that many rows (`data_2`), and for
-//! each such field of a structure (`run.speed`). Other arrays are left out. Format: MathWorks, MAT-File Format (R2024a), chapter 1.
+//! In: a `.mat` file. Out: a column for each numeric vector of the most frequent length, for each column of a matrix with that many rows
+//! (`data_2`), and for each such field of a structure (`run.speed`). Other arrays are left out. Format: MathWorks, MAT-File Format
+//! (R2024a), chapter 1.
 //!
-//! The crate matfile calls itself alpha software and skips structures, in which most loggers save; the format needs little more than its tags. Files of
-//! version 7.3 are HDF5: [`super::hdf5`].
+//! The crate matfile calls itself alpha software and skips structures, in which most loggers save; the format needs little more than its
+//! tags. Files of version 7.3 are HDF5: [`super::hdf5`].
 
 use std::io::Read;
 use std::path::Path;

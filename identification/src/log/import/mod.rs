@@ -1,8 +1,8 @@
 //! Import of logs that other programs wrote: their columns, units and separators.
 //!
-//! In: a text file, a Parquet file, a MATLAB file or an HDF5 file. [`inspect`] returns what its columns are believed to be ([`guess`]); an [`ImportMapping`], stored
-//! beside the file as `NAME.import.toml`, is the user's consent. [`contents`] reads the file by that mapping, in SI units. Without a mapping, a file that is not in the
-//! project's own format is refused.
+//! In: a text file, a Parquet file, a MATLAB file or an HDF5 file. [`inspect`] returns what its columns are believed to be ([`guess`]); an
+//! [`ImportMapping`], stored beside the file as `NAME.import.toml`, is the user's consent. [`contents`] reads the file by that mapping, in
+//! SI units. Without a mapping, a file that is not in the project's own format is refused.
 
 mod arrays;
 mod clock;
@@ -78,8 +78,8 @@ pub fn log_of_table(path: &Path, table: &Table, mapping: &ImportMapping) -> Resu
     Log::assemble(path, super::with_continued_angles(read::contents(path, table, mapping, &mut selection)?))
 }
 
-/// The log of a table whose columns have the names and units of the project. As in a file of the project, every value must be a finite number; a column of
-/// another name without such values is ignored.
+/// The log of a table whose columns have the names and units of the project. As in a file of the project, every value must be a finite
+/// number; a column of another name without such values is ignored.
 ///
 /// # Errors
 /// As [`Log::new`]; a column of the project has text or lacks a value.

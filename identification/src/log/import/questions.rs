@@ -1,8 +1,8 @@
 //! What the values of the columns say about their units, and what is left for the user to decide.
 //!
-//! In: a table, and the beliefs from names and statements. Out: beliefs with the units that the values decide, and [`Question`]s. Angles, rates, torques,
-//! accelerations and readings of a gyro without a stated unit are asked, because several units are usual; volts, amperes and degrees Celsius are
-//! assumed unless the values contradict them.
+//! In: a table, and the beliefs from names and statements. Out: beliefs with the units that the values decide, and [`Question`]s. Angles,
+//! rates, torques, accelerations and readings of a gyro without a stated unit are asked, because several units are usual; volts, amperes
+//! and degrees Celsius are assumed unless the values contradict them.
 
 use super::guess::{Belief, Evidence, quantity_of};
 use super::table::{Table, TableColumn};
@@ -305,7 +305,8 @@ fn motion(table: &Table, list: &mut [Belief]) -> Vec<Question> {
     questions
 }
 
-/// Ratio of the measured rate to the derivative of the angle, both in SI by their believed units, where both are stated and the ratio is not 1.
+/// Ratio of the measured rate to the derivative of the angle, both in SI by their believed units, where both are stated and the ratio is
+/// not 1.
 pub fn rate_over_derivative(table: &Table, list: &[Belief]) -> Option<f64> {
     let find = |target: &str| list.iter().position(|b| b.target.as_deref() == Some(target));
     let (t, theta, omega) = (find("t_s")?, find("theta_rad")?, find("omega_rad_s")?);
@@ -328,8 +329,8 @@ fn usual_counts(estimate: f64) -> Option<u32> {
     all.filter(|n| distance(n) < MAX_COUNTS_DEVIATION).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// Regression of the angle's increments on the integral of the rate over windows, in the units of the file; `None` without motion. Windows with a jump of
-/// the angle or the time (a wrapped angle, an overflow, a restart) do not count.
+/// Regression of the angle's increments on the integral of the rate over windows, in the units of the file; `None` without motion. Windows
+/// with a jump of the angle or the time (a wrapped angle, an overflow, a restart) do not count.
 fn angle_over_rate_integral(t: &[f64], theta: &[f64], omega: &[f64]) -> Option<f64> {
     let rows = (t.len() / 100).max(5);
     let longest = 20.0 * median(t.windows(2).map(|w| w[1] - w[0]))?;

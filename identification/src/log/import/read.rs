@@ -163,7 +163,8 @@ fn without_repeated_rows(used: &[Used], complete: &mut Vec<usize>, warnings: &mu
     }
 }
 
-/// Times of the rows, s, and the time of the first, s, where the clock is not that of the recording. Rows out of order at the begin are left out.
+/// Times of the rows, s, and the time of the first, s, where the clock is not that of the recording. Rows out of order at the begin are
+/// left out.
 fn times(
     path: &Path,
     time: &Used,

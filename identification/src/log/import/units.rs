@@ -1,7 +1,7 @@
 //! Units of imported columns: spellings of laboratories, and their size in the unit of the project's columns.
 //!
-//! In: text such as `rpm`, `deg/s`, `mN m`, `counts:8192` (counts per turn), `0.047 V` (a factor before a unit). Out: a [`Unit`] with value in SI =
-//! scale × number + offset.
+//! In: text such as `rpm`, `deg/s`, `mN m`, `counts:8192` (counts per turn), `0.047 V` (a factor before a unit). Out: a [`Unit`] with value
+//! in SI = scale × number + offset.
 
 use std::f64::consts::{PI, TAU};
 
@@ -285,8 +285,8 @@ pub enum UnitMark {
     LastWord,
 }
 
-/// Splits the unit off a column name: `Speed [rpm]`, `Speed (rpm)`, `speed/rpm`, `Speed, rpm`, `speed_rpm`, `omega_rad_s`, `SpeedRpm` is not split.
-/// Returns the rest of the name, the unit and how it is marked.
+/// Splits the unit off a column name: `Speed [rpm]`, `Speed (rpm)`, `speed/rpm`, `Speed, rpm`, `speed_rpm`, `omega_rad_s`, `SpeedRpm` is
+/// not split. Returns the rest of the name, the unit and how it is marked.
 pub fn split_name(name: &str) -> (String, Option<(Unit, UnitMark)>) {
     let name = name.trim();
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {

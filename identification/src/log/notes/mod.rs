@@ -1,7 +1,7 @@
 //! The notes of a log, `# key: value`: how it was recorded and how its columns were made.
 //!
-//! [`Note`] is the only writer of notes that the program reads again; the methods of [`Notes`] are the only reader. Notes of other loggers are
-//! read too, as far as they are understood; a note about a column of a model that is not understood causes a warning.
+//! [`Note`] is the only writer of notes that the program reads again; the methods of [`Notes`] are the only reader. Notes of other loggers
+//! are read too, as far as they are understood; a note about a column of a model that is not understood causes a warning.
 
 mod read;
 mod write;

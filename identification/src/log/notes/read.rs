@@ -1,8 +1,9 @@
 //! Reads notes.
 //!
-//! A note about a column has the name of the column as key, with or without the unit (`omega`); commas separate its clauses. Understood
-//! are `encoder`, `gyro`; `magnitude`; for an angle `compared absolutely`; `mean over 4 ms before t`, `counts per 20 ms`, `newest sample of 1667 Hz before t`; `filter 100 Hz`; `at t`, `instant`; `mean over the row`; for `u_V`
-//! `asked`, `terminal`, `coasting`, `held`; `over the row before t`; for a quantization step `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per count`.
+//! A note about a column has the name of the column as key, with or without the unit (`omega`); commas separate its clauses. Understood are
+//! `encoder`, `gyro`; `magnitude`; for an angle `compared absolutely`; `mean over 4 ms before t`, `counts per 20 ms`,
+//! `newest sample of 1667 Hz before t`; `filter 100 Hz`; `at t`, `instant`; `mean over the row`; for `u_V` `asked`, `terminal`, `coasting`,
+//! `held`; `over the row before t`; for a quantization step `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per count`.
 
 use std::f64::consts::TAU;
 
@@ -18,8 +19,8 @@ pub struct Provenance {
     pub instant: bool,
     /// Mean over this interval before t_k, s.
     pub mean_before_s: Option<f64>,
-    /// The newest sample of a sensor with a clock of its own, which samples at this interval, s. `mean_before_s` is then the same: the expectation over the
-    /// unknown age of the sample.
+    /// The newest sample of a sensor with a clock of its own, which samples at this interval, s. `mean_before_s` is then the same: the
+    /// expectation over the unknown age of the sample.
     pub sample_interval_s: Option<f64>,
     /// Cutoff of a first-order low-pass, Hz.
     pub filter_hz: Option<f64>,

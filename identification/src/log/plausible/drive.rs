@@ -1,8 +1,9 @@
 //! Signs of voltage, current and torque relative to the motion.
 //!
-//! Regressions on means over short windows, which are insensitive to conventions of half a row: u = R i + K ω for the winding,
-//! K i = J ω' + friction for the rotor. Only signs are judged, and only significant ones. On a flexible shaft the motor's rate is ω + c ω'', and above the resonance it opposes the measured
-//! one; the second derivative is therefore in both regressions. A log of one oscillation alone then determines no sign.
+//! Regressions on means over short windows, which are insensitive to conventions of half a row: u = R i + K ω for the winding, K i = J ω' +
+//! friction for the rotor. Only signs are judged, and only significant ones. On a flexible shaft the motor's rate is ω + c ω'', and above
+//! the resonance it opposes the measured one; the second derivative is therefore in both regressions. A log of one oscillation alone then
+//! determines no sign.
 
 use super::Defect;
 use super::regress::{Regression, regress};
@@ -70,8 +71,8 @@ fn best<const K: usize>(fit: impl Fn(f64) -> Option<Regression<K>>) -> Option<Re
         .max_by(|a, b| significance(a).total_cmp(&significance(b)))
 }
 
-/// Regression over all rows. A column that is reversed is so in the whole log. A coefficient whose sign changes when one part of the log is left out is therefore marked as not
-/// significant: a coupling that slips once can reverse the sign that the whole log gives.
+/// Regression over all rows. A column that is reversed is so in the whole log. A coefficient whose sign changes when one part of the log is
+/// left out is therefore marked as not significant: a coupling that slips once can reverse the sign that the whole log gives.
 fn throughout<const K: usize>(x: [&[f64]; K], y: &[f64]) -> Option<Regression<K>> {
     let mut all = regress(x, y)?;
     for part in 0..PARTS {

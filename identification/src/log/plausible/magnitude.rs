@@ -13,8 +13,8 @@ const MIN_STRETCHES: usize = 4;
 /// Fraction of the stretches in which the value must fall to zero and rise again.
 const MIN_FRACTION: f64 = 0.75;
 
-/// A column that is never negative, although it falls to zero and rises again after the reversals of the input. A rotor that only coasts on without reversing
-/// does not rise under a voltage against its motion.
+/// A column that is never negative, although it falls to zero and rises again after the reversals of the input. A rotor that only coasts on
+/// without reversing does not rise under a voltage against its motion.
 pub fn check(log: &Log, input: &str) -> Option<Defect> {
     let driven = log.column(input)?;
     let unsigned = |column: &&'static str| {

@@ -1,8 +1,8 @@
 //! Plausibility of a log: the columns must contain the quantities that their names state. Checked before any model is fitted.
 //!
 //! Input: a [`Log`] and the name of the model's input column. Output: [`Defect`]s; none for a sound log. Checked are: motion and a varying
-//! input; lost decimals; the slope between dθ/dt and ω (sign, unit, exchanged columns); the signs of voltage, current and torque relative to
-//! the motion. Effects of the catalogue (a delayed, nonlinear or biased rate channel, an eccentric encoder, friction, cogging) are not
+//! input; lost decimals; the slope between dθ/dt and ω (sign, unit, exchanged columns); the signs of voltage, current and torque relative
+//! to the motion. Effects of the catalogue (a delayed, nonlinear or biased rate channel, an eccentric encoder, friction, cogging) are not
 //! defects: a defect must be beyond doubt.
 
 mod drive;

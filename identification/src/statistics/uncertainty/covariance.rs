@@ -1,8 +1,8 @@
 //! Correlation between the quantities of one calibration by the influences that they have in common.
 //!
-//! Two contributions of type B with the same source, unit and standard uncertainty are the same influence quantity: their correlation is ± 1 by the
-//! signs of the sensitivity coefficients. Contributions of type A from one fit have loadings: their components along independent factors of
-//! variance 1. All other contributions are independent.
+//! Two contributions of type B with the same source, unit and standard uncertainty are the same influence quantity: their correlation is ±
+//! 1 by the signs of the sensitivity coefficients. Contributions of type A from one fit have loadings: their components along independent
+//! factors of variance 1. All other contributions are independent.
 
 use super::{Contribution, Evaluation, Quantity};
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,8 @@
-//! Distribution of a sum of rectangular contributions and one scaled Student contribution (JCGM 101, 6.4.9.2: the distribution of a type A mean).
+//! Distribution of a sum of rectangular contributions and one scaled Student contribution (JCGM 101, 6.4.9.2: the distribution of a type A
+//! mean).
 //!
-//! JCGM 101 propagates distributions by Monte Carlo. A sum of independent terms needs a convolution only: the density of the rectangles on a grid, with
-//! the distribution function of Student's t.
+//! JCGM 101 propagates distributions by Monte Carlo. A sum of independent terms needs a convolution only: the density of the rectangles on
+//! a grid, with the distribution function of Student's t.
 
 use crate::statistics::distributions::{normal_tail, student_tail};
 

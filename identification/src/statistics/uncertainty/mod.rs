@@ -1,10 +1,10 @@
-//! Uncertainty budgets of the GUM (JCGM 100:2008): standard uncertainties of type A and B with sensitivity coefficients, combined by root sum of
-//! squares; effective degrees of freedom by Welch and Satterthwaite; expanded uncertainty by Student's t.
+//! Uncertainty budgets of the GUM (JCGM 100:2008): standard uncertainties of type A and B with sensitivity coefficients, combined by root
+//! sum of squares; effective degrees of freedom by Welch and Satterthwaite; expanded uncertainty by Student's t.
 //!
 //! Input: the [`Contribution`]s to a quantity, taken as independent of each other; correlated influences form one contribution. Output: a
-//! [`Quantity`] with u, ν, k and U in its unit, and as an [`Estimate`] without the budget. The caller supplies the types of the explanations: `B` for how a
-//! contribution was evaluated, `M` for what a quantity means. Two quantities of one calibration are correlated by the influences that they have in common
-//! ([`covariance`], GUM 5.2 and F.1.2.3).
+//! [`Quantity`] with u, ν, k and U in its unit, and as an [`Estimate`] without the budget. The caller supplies the types of the
+//! explanations: `B` for how a contribution was evaluated, `M` for what a quantity means. Two quantities of one calibration are correlated
+//! by the influences that they have in common ([`covariance`], GUM 5.2 and F.1.2.3).
 
 mod covariance;
 mod estimate;
@@ -53,8 +53,8 @@ pub struct Contribution<B> {
     pub u: f64,
     /// Unit of the influence quantity; empty for the unit of the result.
     pub unit: String,
-    /// Sensitivity coefficient with its sign: change of the result per change of the influence quantity. An influence that is common to two results
-    /// is correlated by the signs of both coefficients.
+    /// Sensitivity coefficient with its sign: change of the result per change of the influence quantity. An influence that is common to two
+    /// results is correlated by the signs of both coefficients.
     pub sensitivity: f64,
     /// Degrees of freedom; infinite where the standard uncertainty is taken as known.
     pub dof: f64,
@@ -207,9 +207,9 @@ impl<B, M> Quantity<B, M> {
         welch_satterthwaite(self.contributions.iter())
     }
 
-    /// Coverage factor for a coverage probability. The contributions that are not rectangular make a scaled Student distribution with their own
-    /// effective degrees of freedom; with the rectangles the factor follows from the distribution of the sum (JCGM 101, 6.4.9.2 and 6.4.2). Without
-    /// rectangles it is Student's t with ν truncated to an integer (GUM G.4.1); a single rectangle gives 1.65 for 95 %.
+    /// Coverage factor for a coverage probability. The contributions that are not rectangular make a scaled Student distribution with their
+    /// own effective degrees of freedom; with the rectangles the factor follows from the distribution of the sum (JCGM 101, 6.4.9.2 and
+    /// 6.4.2). Without rectangles it is Student's t with ν truncated to an integer (GUM G.4.1); a single rectangle gives 1.65 for 95 %.
     pub fn coverage_factor(&self, probability: f64) -> f64 {
         let (rectangles, others): (Vec<_>, Vec<_>) = self.contributions.iter().partition(|c| c.distribution == Distribution::Rectangular);
         let half_widths: Vec<f64> = rectangles.iter().map(|c| c.contribution() * 3_f64.sqrt()).collect();
@@ -278,8 +278,9 @@ pub fn coverage_factor(dof: f64, probability: f64) -> f64 {
     student_quantile(quantile, dof.floor().max(1.0))
 }
 
-/// Standard uncertainty of an estimated standard deviation of normal values, in its unit. Its expanded uncertainty with Student's factor reaches the upper end of the χ² interval, the
-/// farther one: σ ≤ s √(ν/χ²_ν(0.025)). GUM E.4.3, s/√(2ν), is symmetric, and its interval about a value that is by chance too small ends below σ.
+/// Standard uncertainty of an estimated standard deviation of normal values, in its unit. Its expanded uncertainty with Student's factor
+/// reaches the upper end of the χ² interval, the farther one: σ ≤ s √(ν/χ²_ν(0.025)). GUM E.4.3, s/√(2ν), is symmetric, and its interval
+/// about a value that is by chance too small ends below σ.
 pub fn u_of_standard_deviation(deviation: f64, dof: f64) -> f64 {
     let upper = deviation * (dof / chi_squared_quantile(0.5 * (1.0 - COVERAGE_PROBABILITY), dof)).sqrt();
     (upper - deviation) / coverage_factor(dof, COVERAGE_PROBABILITY)
@@ -349,8 +350,8 @@ mod tests {
         assert!((two.coverage_factor(0.95) - exact).abs() < 2e-3, "{} {exact}", two.coverage_factor(0.95));
     }
 
-    /// A rectangle beside a mean of four readings (ν = 3): by Monte Carlo of JCGM 101, 10⁷ draws, the 95 % half-width of a rectangle of half-width 1
-    /// plus 0.5 t₃ is 1.880 ± 0.001. The normal distribution in place of t₃ gives 1.451.
+    /// A rectangle beside a mean of four readings (ν = 3): by Monte Carlo of JCGM 101, 10⁷ draws, the 95 % half-width of a rectangle of
+    /// half-width 1 plus 0.5 t₃ is 1.880 ± 0.001. The normal distribution in place of t₃ gives 1.451.
     #[test]
     fn degrees_of_freedom_beside_a_rectangle_count() {
         let contributions = vec![Contribution::rectangular("clock", 1.0, "", 1.0, ()), Contribution::type_a("noise", 0.5, 3.0, ())];

@@ -1,7 +1,7 @@
 //! Coasting: the drive is switched off and the platform runs down; decelerations are torques over the inertia.
 //!
-//! J Ω′ = K i − b Ω − c sign Ω, integrated so that no signal is differentiated (docs/theory.md §4): Ω(t) = Ω₀ + (K/J)∫i − (b/J)∫Ω − (c/J) t. A bridge that
-//! shorts the motor brakes with i = −K Ω/R; an open bridge gives i = 0.
+//! J Ω′ = K i − b Ω − c sign Ω, integrated so that no signal is differentiated (docs/theory.md §4): Ω(t) = Ω₀ + (K/J)∫i − (b/J)∫Ω − (c/J)
+//! t. A bridge that shorts the motor brakes with i = −K Ω/R; an open bridge gives i = 0.
 
 use super::fitted_drive::Drive;
 use super::reading_contributions;

@@ -1,4 +1,5 @@
-//! Static curves: current over rate and rate over voltage, approached from both sides, for both signs; friction and dead band by straight lines.
+//! Static curves: current over rate and rate over voltage, approached from both sides, for both signs; friction and dead band by straight
+//! lines.
 
 use super::reading_contributions;
 use crate::calibrate::plateaus::{Plateau, plateaus};
@@ -77,8 +78,9 @@ fn voltage(steps: &[Step], session: &Session, findings: &mut Findings) {
     let Some(u_V) = step.log.column("u_V") else { return };
     let greatest = found.iter().map(|p| p.rate_rad_s.abs()).max_or_zero();
     let moving: Vec<&Plateau> = found.iter().filter(|p| p.rate_rad_s.abs() > REST_FRACTION * greatest).collect();
-    // Before the rate has settled, a part of u accelerates the rotor: the mean acceleration is a regressor. The slope of a line through the rates is no substitute: plateaus are cut to whole
-    // turns, so that they show different parts of the exponential, whose slope and mean acceleration differ.
+    // Before the rate has settled, a part of u accelerates the rotor: the mean acceleration is a regressor. The slope of a line through the
+    // rates is no substitute: plateaus are cut to whole turns, so that they show different parts of the exponential, whose slope and mean
+    // acceleration differ.
     let omega = step.log.column("omega_rad_s");
     let acceleration: Option<Vec<f64>> = omega.map(|omega| {
         let rows = step.log.t_s().windows(2).zip(omega.windows(2));

@@ -1,6 +1,7 @@
 //! Torque periodic in the angle, by harmonic order, from slow turns under rate control.
 //!
-//! T_n = J Ω′ − K i for harmonic order n (periods per turn). At a nearly constant rate Ω′ = −(n Ω)² Θ_n, where Θ_n is the ripple of the angle.
+//! T_n = J Ω′ − K i for harmonic order n (periods per turn). At a nearly constant rate Ω′ = −(n Ω)² Θ_n, where Θ_n is the ripple of the
+//! angle.
 
 use super::fitted_drive::Drive;
 use super::reading_contributions;

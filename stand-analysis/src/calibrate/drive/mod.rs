@@ -1,8 +1,9 @@
-//! The drive of the stand: static curves, parameters of its model, inertia by independent methods, frequency response, torque by harmonic order
-//! (docs/theory.md §4).
+//! The drive of the stand: static curves, parameters of its model, inertia by independent methods, frequency response, torque by harmonic
+//! order (docs/theory.md §4).
 //!
-//! Input: steps with `u_V`, `i_A`, `theta_rad` (and `rate_cmd_rad_s` in rate mode). Output: [`Findings`]. The parameters of the model are fitted by
-//! output error, as `stand fit` does. Results of static curves and coasting have names of their own, so that the methods can be compared.
+//! Input: steps with `u_V`, `i_A`, `theta_rad` (and `rate_cmd_rad_s` in rate mode). Output: [`Findings`]. The parameters of the model are
+//! fitted by output error, as `stand fit` does. Results of static curves and coasting have names of their own, so that the methods can be
+//! compared.
 
 mod coast;
 mod curves;
@@ -21,7 +22,8 @@ pub(super) fn clock(session: &Session, sensitivity: f64) -> Contribution {
     super::crystal::clock(&session.assumptions, sensitivity)
 }
 
-/// Contributions of the stand's voltage and current readings to a quantity; `exponents` are the powers with which voltage and current enter it.
+/// Contributions of the stand's voltage and current readings to a quantity; `exponents` are the powers with which voltage and current enter
+/// it.
 pub(super) fn reading_contributions(session: &Session, value: f64, exponents: [i32; 2]) -> Vec<Contribution> {
     let assumed = &session.assumptions;
     [("supply reading", assumed.supply_percent, exponents[0]), ("current reading", assumed.current_percent, exponents[1])]

@@ -110,8 +110,8 @@ pub(super) fn add(steps: &[Step], session: &Session, deadline: Deadline, finding
     Drive::of(&result, misfit)
 }
 
-/// τ_m = J R/(K² + R b), τ_e = L/R. Scale errors of voltage and current cancel in both, except for the small part of b; so do most errors of the fit, whose
-/// parameters are correlated (GUM 5.2.2). The clock is that of the stand.
+/// τ_m = J R/(K² + R b), τ_e = L/R. Scale errors of voltage and current cancel in both, except for the small part of b; so do most errors
+/// of the fit, whose parameters are correlated (GUM 5.2.2). The clock is that of the stand.
 fn time_constants(findings: &mut Findings, session: &Session, result: &FitResult, misfit: f64, [j, k, r, b]: [f64; 4]) {
     let u_of = |gradient: &[(&str, f64)]| {
         let place = |name: &str| result.parameters.list.iter().position(|p| p.name == name);
@@ -142,8 +142,8 @@ fn time_constants(findings: &mut Findings, session: &Session, result: &FitResult
     }
 }
 
-/// Two fits, with and without a known added inertia. The difference of the inertias is known, so the ratio of J/K gives J independently of the scales
-/// of current and voltage.
+/// Two fits, with and without a known added inertia. The difference of the inertias is known, so the ratio of J/K gives J independently of
+/// the scales of current and voltage.
 fn inertia_by_added(steps: &[Step], result: &FitResult, harmonics: &Harmonics, deadline: Deadline, findings: &mut Findings) {
     let name = "inertia_by_added_kg_m2";
     let Some(step) = steps.iter().find(|s| is_exciting(s) && s.added_inertia_kg_m2.is_some()) else {

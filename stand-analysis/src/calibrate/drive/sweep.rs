@@ -1,7 +1,8 @@
-//! Frequency response from voltage to rate along a chirp without reversal. Its corner is an independent measure of the mechanical time constant.
+//! Frequency response from voltage to rate along a chirp without reversal. Its corner is an independent measure of the mechanical time
+//! constant.
 //!
-//! While the sign of the rate is constant, Coulomb friction is constant and the drive is linear: Ω′ = α u − β Ω − γ, integrated
-//! Ω = Ω₀ + α∫u − β θ − γ t (docs/theory.md §4). The corner β/2π lies below the frequencies at which a chirp has enough periods for a lock-in; the
+//! While the sign of the rate is constant, Coulomb friction is constant and the drive is linear: Ω′ = α u − β Ω − γ, integrated Ω = Ω₀ +
+//! α∫u − β θ − γ t (docs/theory.md §4). The corner β/2π lies below the frequencies at which a chirp has enough periods for a lock-in; the
 //! lock-in responses are shown with the curve.
 
 use super::clock;
@@ -55,7 +56,8 @@ fn linear(log: &Log, u_V: &[f64], theta: &[f64]) -> Result<Linear, AbsenceReason
     for k in longest.clone().skip(1) {
         integrals[k] = integrals[k - 1] + u_V[k - 1] * (t_s[k] - t_s[k - 1]);
     }
-    // The slope is a mean of the rate with parabolic weights; angle and integral are averaged in the same way, or the equation would not hold for them.
+    // The slope is a mean of the rate with parabolic weights; angle and integral are averaged in the same way, or the equation would not
+    // hold for them.
     let half = HALF_WINDOW as f64;
     let weights: Vec<f64> = (-(HALF_WINDOW as i32)..=HALF_WINDOW as i32).map(|r| half * (half + 1.0) - f64::from(r).powi(2)).collect();
     let total: f64 = weights.iter().sum();

@@ -48,7 +48,8 @@ pub(super) fn add(steps: &[&Step], settings: &GyroSettings, findings: &mut Findi
         let rows: Vec<Vec<f64>> = small.iter().map(|(rate, _)| vec![1.0, (rate.abs() - band).max(0.0).copysign(*rate)]).collect();
         least_squares(&rows, &y)
     };
-    // Search for the smallest sum of squares. Then the plateaus within the band are known and the problem is linear: level + slope·rate − slope·band·sign.
+    // Search for the smallest sum of squares. Then the plateaus within the band are known and the problem is linear: level + slope·rate −
+    // slope·band·sign.
     let rough = (0..SEARCH_POINTS)
         .map(|k| f64::from(k) / f64::from(SEARCH_POINTS) * SEARCH_FRACTION * largest)
         .filter_map(|band| fit_at(band).map(|f| (band, f.residuals.iter().map(|r| r * r).sum::<f64>())))

@@ -1,8 +1,9 @@
-//! Static characteristic: a cubic through plateaus of many rates, approached from both sides, of both signs; where the device under test warms, a surface
-//! over rate and temperature.
+//! Static characteristic: a cubic through plateaus of many rates, approached from both sides, of both signs; where the device under test
+//! warms, a surface over rate and temperature.
 //!
-//! y = b + sΩ + c₂Ω² + c₃Ω³ + h·direction/2 + (T − T₀)(b_T + s_TΩ) + d·t: hysteresis h, temperature coefficients and drift d are fitted as far as the plateaus
-//! separate them. All quantities of the characteristic come from this one fit, so their covariance is known. T₀ is the mean temperature of the plateaus.
+//! y = b + sΩ + c₂Ω² + c₃Ω³ + h·direction/2 + (T − T₀)(b_T + s_TΩ) + d·t: hysteresis h, temperature coefficients and drift d are fitted as
+//! far as the plateaus separate them. All quantities of the characteristic come from this one fit, so their covariance is known. T₀ is the
+//! mean temperature of the plateaus.
 
 use super::encoder::EncoderAmplitudes;
 use super::points::Point;
@@ -39,7 +40,8 @@ pub struct Characteristic {
     pub(super) drift_sensitivity: Vec<f64>,
     /// Drift within plateaus, per second, and its standard uncertainty.
     drift: (f64, f64),
-    /// Amplitude of the encoder's error within a turn, rad, and the change of each coefficient by the standard deviation of that error in each plateau.
+    /// Amplitude of the encoder's error within a turn, rad, and the change of each coefficient by the standard deviation of that error in
+    /// each plateau.
     encoder: Option<(f64, Vec<Vec<f64>>)>,
     /// Full scale, rad/s.
     pub full_scale_rad_s: f64,
@@ -115,7 +117,8 @@ pub fn characteristic(points: Vec<Point>, full_scale_rad_s: f64) -> Option<Chara
     Some(Characteristic { points, terms, fit, drift_sensitivity, drift, encoder: None, full_scale_rad_s, temperature })
 }
 
-/// Standard deviation of the rate of a plateau by an error of the encoder of these amplitudes at an unknown angle, rad/s; none over whole turns.
+/// Standard deviation of the rate of a plateau by an error of the encoder of these amplitudes at an unknown angle, rad/s; none over whole
+/// turns.
 fn rate_error_rad_s(point: &Point, amplitudes: &EncoderAmplitudes) -> f64 {
     let plateau = &point.plateau;
     if plateau.turns > 0 {
@@ -207,8 +210,8 @@ impl Characteristic {
         gradient.iter().zip(&self.fit.coefficients).map(|(g, c)| g * c).sum()
     }
 
-    /// Σ gradient·coefficient with its type A contributions: scatter, and drift where it is not fitted. `powers` is the gradient over the powers of
-    /// the rate over full scale.
+    /// Σ gradient·coefficient with its type A contributions: scatter, and drift where it is not fitted. `powers` is the gradient over the
+    /// powers of the rate over full scale.
     pub(super) fn combination(&self, powers: &[f64]) -> (f64, Vec<Contribution>) {
         self.of_gradient(&self.powers_gradient(powers))
     }

@@ -1,8 +1,8 @@
 //! Clipped outputs: a converter at its limit shows one constant value (a flat top) while the rate goes on.
 //!
-//! A step is clipped if its output stays at the extreme of the session for [`MIN_FLAT_ROWS`] rows in succession, and either the rate of the platform varies
-//! meanwhile by more than the output resolves, or the output, which is noisy elsewhere, never repeats a value for a comparable time. Clipped steps give wrong numbers
-//! with a small uncertainty, so they are left out as a whole.
+//! A step is clipped if its output stays at the extreme of the session for [`MIN_FLAT_ROWS`] rows in succession, and either the rate of the
+//! platform varies meanwhile by more than the output resolves, or the output, which is noisy elsewhere, never repeats a value for a
+//! comparable time. Clipped steps give wrong numbers with a small uncertainty, so they are left out as a whole.
 
 use super::{GyroSettings, dut_output};
 use crate::calibrate::{Remark, Step};

@@ -1,8 +1,8 @@
 //! Bandwidth, damping and delay by lock-in against the encoder: sines, or a chirp in pieces.
 //!
-//! A nonlinear device has another slope at each mean rate and amplitude, and the platform has others at each frequency. The output is therefore linearised
-//! by the static characteristic first, so that the responses differ by the dynamics alone. The linearisation holds within the full scale of the
-//! characteristic: a step whose rates go beyond it is left out with a remark.
+//! A nonlinear device has another slope at each mean rate and amplitude, and the platform has others at each frequency. The output is
+//! therefore linearised by the static characteristic first, so that the responses differ by the dynamics alone. The linearisation holds
+//! within the full scale of the characteristic: a step whose rates go beyond it is left out with a remark.
 
 use super::characteristic::Characteristic;
 use super::influences::{clock, misalignment, misalignment_factor};
@@ -16,9 +16,9 @@ use identification::log::Log;
 use identification::statistics::Extremes;
 use identification::statistics::uncertainty::{COVERAGE_PROBABILITY, coverage_factor};
 
-/// Step of the time stamp of the device under test, s (ISM330DHCX: DS13012, 25 µs). The board's time is compared with a time stamp that is rounded down; where the
-/// chip's oscillator advances by whole steps between such comparisons, the samples of a whole measurement are late by the same part of a step. Along a chirp
-/// this is a delay.
+/// Step of the time stamp of the device under test, s (ISM330DHCX: DS13012, 25 µs). The board's time is compared with a time stamp that is
+/// rounded down; where the chip's oscillator advances by whole steps between such comparisons, the samples of a whole measurement are late
+/// by the same part of a step. Along a chirp this is a delay.
 const TIME_STAMP_STEP_S: f64 = 25e-6;
 
 /// Coherence below which a response is left out.
@@ -135,8 +135,8 @@ fn dynamic_scale(
     Quantity::new("scale_dynamic", "1", value, contributions).meaning(Meaning::DynamicScale { mean_rad_s, amplitude_rad_s })
 }
 
-/// Gain and phase at one frequency with their expanded uncertainties (ISO 16063-15). The gain is that of the output over the rate at the mean rate and amplitude
-/// of the step.
+/// Gain and phase at one frequency with their expanded uncertainties (ISO 16063-15). The gain is that of the output over the rate at the
+/// mean rate and amplitude of the step.
 fn frequency_point(r: &Response, h: &Transfer, characteristic: &Characteristic) -> FrequencyPoint {
     let (slope, _) = characteristic.slope_at(r.mean_rad_s, r.rate_rad_s);
     let [u, u_across] = [r.sigma, r.sigma_across()].map(|u| u * h.ratio.max(1.0));

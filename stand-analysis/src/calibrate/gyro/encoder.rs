@@ -1,10 +1,12 @@
-//! Error of the stand's encoder within a turn, of harmonic orders 1 (eccentricity of the disc) to [`HIGHEST_ORDER`], with the device under test as the reference.
+//! Error of the stand's encoder within a turn, of harmonic orders 1 (eccentricity of the disc) to [`HIGHEST_ORDER`], with the device under
+//! test as the reference.
 //!
-//! Input: runs of whole turns of both signs at constant rate. In each turn the integral of the output is scaled so that the turn closes (2π by both): scale and
-//! bias of the device drop out. What remains is the error of the encoder, minus the integral of what changes the output with the angle: the Earth's rotation
-//! and gravity on a tilted stand. The integral over the time of a turn changes its sign with the sense of rotation, the error of the encoder does not: the mean of
-//! both senses is the encoder's, to the lag of the device in the second order. Output: the coefficients of cos nθ and sin nθ, θ counted from the zero of the
-//! encoder, for order 1 and each higher order that is significant, and the amplitudes for the budgets.
+//! Input: runs of whole turns of both signs at constant rate. In each turn the integral of the output is scaled so that the turn closes (2π
+//! by both): scale and bias of the device drop out. What remains is the error of the encoder, minus the integral of what changes the output
+//! with the angle: the Earth's rotation and gravity on a tilted stand. The integral over the time of a turn changes its sign with the sense
+//! of rotation, the error of the encoder does not: the mean of both senses is the encoder's, to the lag of the device in the second order.
+//! Output: the coefficients of cos nθ and sin nθ, θ counted from the zero of the encoder, for order 1 and each higher order that is
+//! significant, and the amplitudes for the budgets.
 
 use super::{GyroSettings, dut_output};
 use crate::calibrate::{AbsenceReason, Basis, Contribution, Findings, Meaning, Quantity, Step};
@@ -30,8 +32,8 @@ type TurnError = [[f64; 2]; HIGHEST_ORDER];
 
 /// Amplitudes of the encoder's error for the budgets, rad; order 1 first.
 ///
-/// Order 1: the greatest that its coefficients and their U allow for. Higher orders: the amplitude of the estimated coefficients, whose mean square is that of the
-/// encoder plus the variance of the coefficients, whether they are significant or not.
+/// Order 1: the greatest that its coefficients and their U allow for. Higher orders: the amplitude of the estimated coefficients, whose
+/// mean square is that of the encoder plus the variance of the coefficients, whether they are significant or not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct EncoderAmplitudes(pub(super) [f64; HIGHEST_ORDER]);
 
@@ -86,7 +88,8 @@ impl Order {
         (1.0 + 2.0 * f / self.dof).powf(-0.5 * self.dof)
     }
 
-    /// Half-width of the error by the lag φ of the device, rad: the senses have the amplitudes a cos φ and ± a sin φ, so 1 − cos φ is half the square of their ratio.
+    /// Half-width of the error by the lag φ of the device, rad: the senses have the amplitudes a cos φ and ± a sin φ, so 1 − cos φ is half
+    /// the square of their ratio.
     fn lag_rad(&self) -> f64 {
         0.5 * self.half_difference_rad * self.half_difference_rad / self.amplitude_rad()
     }
@@ -177,7 +180,8 @@ mod tests {
     use hal_sim::peripherals::Noise;
     use identification::log::{Column, Note, Notes};
 
-    /// Ten turns of a platform whose encoder shows θ + c cos θ + s sin θ + h sin 3θ, and whose device also sees a rate of the base of 1e-3 rad/s.
+    /// Ten turns of a platform whose encoder shows θ + c cos θ + s sin θ + h sin 3θ, and whose device also sees a rate of the base of 1e-3
+    /// rad/s.
     fn run(rate_rad_s: f64, error: [f64; 3], seed: u64) -> Step {
         let mut noise = Noise::new(seed, 0, 2e-3);
         let rows = 8000;

@@ -1,5 +1,5 @@
-//! Influences of type B that several quantities of a gyro share: misalignment, g-sensitivity, thermometer, beside the clock of the stand. One definition each, so that the
-//! covariance of two quantities follows from their names.
+//! Influences of type B that several quantities of a gyro share: misalignment, g-sensitivity, thermometer, beside the clock of the stand.
+//! One definition each, so that the covariance of two quantities follows from their names.
 
 pub(super) use crate::calibrate::crystal::clock;
 use crate::calibrate::{Assumptions, Basis, Contribution};
@@ -7,8 +7,8 @@ use crate::calibrate::{Assumptions, Basis, Contribution};
 /// Standard gravity, m/s².
 pub(super) const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
-/// Factor by which a measured scale is corrected for the mean of the cosine of the angle between both axes: the angle is uniform within ± m, so the
-/// mean of its cosine is 1 − m²/6 (GUM F.2.4.4).
+/// Factor by which a measured scale is corrected for the mean of the cosine of the angle between both axes: the angle is uniform within ±
+/// m, so the mean of its cosine is 1 − m²/6 (GUM F.2.4.4).
 pub(super) fn misalignment_factor(assumed: &Assumptions) -> f64 {
     1.0 + assumed.misalignment_deg.to_radians().powi(2) / 6.0
 }

@@ -1,8 +1,8 @@
 //! A rate gyro on the platform: static and dynamic characteristics (terms of IEEE Std 1431 and 528).
 //!
-//! Input: the steps of a session; the output of the device under test is the column `gyro_rad_s` or another by name. Output: [`Findings`]. The content
-//! of a step determines its use: plateaus of both signs (static), a sine or chirp (dynamic), whole turns between rests, a tilted stand, another
-//! radius, the device under test on its side, warming at rest.
+//! Input: the steps of a session; the output of the device under test is the column `gyro_rad_s` or another by name. Output: [`Findings`].
+//! The content of a step determines its use: plateaus of both signs (static), a sine or chirp (dynamic), whole turns between rests, a
+//! tilted stand, another radius, the device under test on its side, warming at rest.
 //!
 //! * *scale*: slope of the least-squares line through the characteristic over ± full scale;
 //! * *nonlinearity*: greatest departure of the fitted curve b + sΩ + c₂Ω² + c₃Ω³ from that line, % of full scale;

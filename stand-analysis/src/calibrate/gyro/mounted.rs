@@ -127,8 +127,8 @@ fn two_radii(steps: &[&Step], radius_m: f64, full_scale: f64, settings: &GyroSet
     Some([outward, curve])
 }
 
-/// Cross-axis sensitivity and mounting error by two orientations with the sensitive axis across the platform's axis. Turned by 180° about the sensitive
-/// axis, cross-axis sensitivity changes its sign and the mounting error does not.
+/// Cross-axis sensitivity and mounting error by two orientations with the sensitive axis across the platform's axis. Turned by 180° about
+/// the sensitive axis, cross-axis sensitivity changes its sign and the mounting error does not.
 fn on_its_sides(steps: &[&Step], scale: f64, settings: &GyroSettings) -> Option<[Quantity; 2]> {
     let slope = |lying: Orientation| {
         let there: Vec<&Step> = steps.iter().copied().filter(|s| s.mounting.orientation == lying).collect();

@@ -86,7 +86,8 @@ impl Characteristic {
         -self.full_scale_rad_s.powi(2) * radius_m / STANDARD_GRAVITY_M_S2
     }
 
-    /// Nonlinearity: greatest departure of the curve from its least-squares line, % of full scale; ⅔|c₂| + ⅖|c₃| at one end, in units of full scale.
+    /// Nonlinearity: greatest departure of the curve from its least-squares line, % of full scale; ⅔|c₂| + ⅖|c₃| at one end, in units of
+    /// full scale.
     fn nonlinearity(&self, radius_m: f64, assumed: &Assumptions) -> Option<Quantity> {
         if self.powers() < 3 {
             return None;
@@ -116,8 +117,8 @@ impl Characteristic {
         Some(self.quantity("hysteresis_percent_fs", "%", value * self.percent(), contributions, Meaning::Hysteresis))
     }
 
-    /// Asymmetry: slope at positive minus slope at negative rates, % of their mean, of two lines that meet at rest. The least-squares line of x² over
-    /// 0 … 1 has the slope 1, so the difference is 2c₂ in units of full scale; odd terms contribute equally to both slopes.
+    /// Asymmetry: slope at positive minus slope at negative rates, % of their mean, of two lines that meet at rest. The least-squares line
+    /// of x² over 0 … 1 has the slope 1, so the difference is 2c₂ in units of full scale; odd terms contribute equally to both slopes.
     fn asymmetry(&self, radius_m: f64, assumed: &Assumptions) -> Option<Quantity> {
         if self.powers() < 3 {
             return None;

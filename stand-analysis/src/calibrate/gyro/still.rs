@@ -82,8 +82,8 @@ impl<'a> LongestRest<'a> {
     }
 }
 
-/// Mean output of the first tenth minus that of the last tenth of the longest log at rest. The uncertainty is that of the white noise in both means: what else
-/// changes between them is the change itself.
+/// Mean output of the first tenth minus that of the last tenth of the longest log at rest. The uncertainty is that of the white noise in
+/// both means: what else changes between them is the change itself.
 fn warm_up(steps: &[&Step], settings: &GyroSettings) -> Option<Quantity> {
     let LongestRest { log, size, means } = LongestRest::of(steps, settings)?;
     let part = means.len() / WARM_UP_PART;

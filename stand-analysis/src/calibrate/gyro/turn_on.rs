@@ -1,9 +1,10 @@
 //! The device under test after it is switched on: warm-up time and turn-on repeatability.
 //!
-//! * *warm-up time*: time since power-on from which the output at rest stays within a stated band about its final level. The longest log at rest is fitted by
-//!   b + A exp(−t/τ); the time is τ ln(|A|/band). The final level is the asymptote b, not the end of the log.
-//! * *turn-on repeatability*: standard deviation of the mean output at rest from one start of the device to the next. The stand has no switch for the supply
-//!   of the device: a start is a re-initialisation (software reset and new set-up by the driver) before each step with `restart_sensor`.
+//! * *warm-up time*: time since power-on from which the output at rest stays within a stated band about its final level. The longest log at
+//!   rest is fitted by b + A exp(−t/τ); the time is τ ln(|A|/band). The final level is the asymptote b, not the end of the log.
+//! * *turn-on repeatability*: standard deviation of the mean output at rest from one start of the device to the next. The stand has no
+//!   switch for the supply of the device: a start is a re-initialisation (software reset and new set-up by the driver) before each step
+//!   with `restart_sensor`.
 
 use super::GyroSettings;
 use super::still::{ALLAN_INTERVAL_S, LongestRest, MIN_AVERAGES, is_at_rest};
@@ -26,7 +27,8 @@ const MIN_BLOCKS: f64 = 3.0;
 const MAX_DURATIONS: f64 = 1.0;
 /// Ratio of A to its standard uncertainty from which there is a warm-up.
 const MIN_SIGNIFICANCE: f64 = 5.0;
-/// Greatest ratio of the residuals' standard deviation over parts of the log to that of white noise: beyond it the warm-up is not exponential.
+/// Greatest ratio of the residuals' standard deviation over parts of the log to that of white noise: beyond it the warm-up is not
+/// exponential.
 const MAX_MISFIT: f64 = 3.0;
 /// Fewest starts.
 const MIN_STARTS: usize = 4;

@@ -1,8 +1,8 @@
 //! Scale from whole turns: the integral of the output over a run that begins and ends at rest, against the angle turned.
 //!
 //! ∫y dt = s·Δθ + b·T + c₂·∫Ω² dt, with output y, scale s, angle Δθ, bias b, duration T and even term c₂. Neither a plateau nor settling is
-//! needed. Bias and even term contribute equally to two opposite runs of the same profile, and so cancel in the scale. An odd term does not: the scale
-//! is the mean over the rates of the runs, s + c₃ ∫|Ω|³ dt/∫|Ω| dt.
+//! needed. Bias and even term contribute equally to two opposite runs of the same profile, and so cancel in the scale. An odd term does
+//! not: the scale is the mean over the rates of the runs, s + c₃ ∫|Ω|³ dt/∫|Ω| dt.
 
 use super::influences::{clock, misalignment, misalignment_factor};
 use super::{GyroSettings, dut_output};

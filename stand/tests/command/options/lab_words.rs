@@ -52,7 +52,8 @@ pub const WORDS: [(&str, Check); 28] = [
         assert_eq!(started(f, "practice", &[])["sealed"], false);
         assert_ne!(log(f, "sealed"), log(f, "practice"));
     }),
-    // A recording takes minutes: tests/processes/lab_real_stand.rs. Here what is checked before the port is opened, and a port that is none.
+    // A recording takes minutes: tests/processes/lab_real_stand.rs. Here what is checked before the port is opened, and a port that is
+    // none.
     ("lab start --port --reference --model", |f| {
         stand(f, &["lab", "key", "teacher.key"]).succeeded();
         let hunt = |present: &str| {

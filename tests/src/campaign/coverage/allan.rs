@@ -1,9 +1,10 @@
 //! `allan`: records of a sensor at rest with known noise. One condition, `mixture`.
 //!
-//! The rows are means over their interval, as an integrating gyro gives them: single samples of flicker noise would fold its fast part into N. Each record has white
-//! noise, flicker noise and random walk of random size, as an inertial sensor has. Quantities: N (white noise), B (flicker noise), K (random walk), Q (quantisation) and
-//! R (ramp), each as `…_interval` (the reported asymmetric interval), as `…_plus_minus_U` (value ± U, U the distance to the farther end of the interval), or as
-//! `…_limit` (the upper limit of a coefficient that the record does not show).
+//! The rows are means over their interval, as an integrating gyro gives them: single samples of flicker noise would fold its fast part into
+//! N. Each record has white noise, flicker noise and random walk of random size, as an inertial sensor has. Quantities: N (white noise), B
+//! (flicker noise), K (random walk), Q (quantisation) and R (ramp), each as `…_interval` (the reported asymmetric interval), as
+//! `…_plus_minus_U` (value ± U, U the distance to the farther end of the interval), or as `…_limit` (the upper limit of a coefficient that
+//! the record does not show).
 
 use hal_sim::peripherals::{Noise, SlowNoise};
 use identification::log::{Column, Log};
@@ -49,8 +50,8 @@ pub struct Mixture {
 }
 
 impl Mixture {
-    /// The mixture of a seed: N of 0.05 to 0.5 °/√h, B of 1 to 10 °/h, K of 5 to 100 °/h/√h, one to three hours; one in six without flicker noise, one in six
-    /// without random walk.
+    /// The mixture of a seed: N of 0.05 to 0.5 °/√h, B of 1 to 10 °/h, K of 5 to 100 °/h/√h, one to three hours; one in six without flicker
+    /// noise, one in six without random walk.
     pub fn drawn(seed: u64) -> Self {
         let mut draw = Noise::new(seed, 50, 1.0);
         let mut log_uniform = |low: f64, high: f64| low * (high / low).powf(0.5 + draw.uniform(0.5));

@@ -1,7 +1,8 @@
 //! `calibrate`: complete sessions with random devices and drives over the simulated serial line. Conditions: the kinds of device.
 //!
-//! Every quantity of a record that has a true value is compared. The bias of a sensor with flicker noise wanders; its true value is the mean over the steps
-//! in which it was measured, recomputed from the generator of the slow noise. [`DESCRIPTIVE`] quantities describe the record itself and have none.
+//! Every quantity of a record that has a true value is compared. The bias of a sensor with flicker noise wanders; its true value is the
+//! mean over the steps in which it was measured, recomputed from the generator of the slow noise. [`DESCRIPTIVE`] quantities describe the
+//! record itself and have none.
 
 use std::path::Path;
 
@@ -210,7 +211,8 @@ fn drive_truth(drawn: &[(&'static str, f64)]) -> Named {
 /// Compared quantities, or why the calibration was refused.
 pub type Calibrated = Result<Vec<Compared>, String>;
 
-/// Calibrates the random device `seed` in this folder; returns the steps of the session, and the quantities that have true values, or why there is no record.
+/// Calibrates the random device `seed` in this folder; returns the steps of the session, and the quantities that have true values, or why
+/// there is no record.
 ///
 /// # Errors
 /// The session does not complete, or its logs cannot be read.
@@ -224,8 +226,8 @@ pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Result<(Vec<Step>,
         DutKind::Drive => drawn_dut::drawn_drive(seed, &assumed),
         DutKind::Gyro | DutKind::Accel => {
             let (imu, truth) = drawn_dut::drawn_sensor(seed, &assumed, 10.0);
-            // A different platform and motor for each device: identical motions past the index have identical counting errors, and these would be a mean error of
-            // the campaign. The constant changes the rate at a voltage by up to 0.5 %, 0.08 counts per row.
+            // A different platform and motor for each device: identical motions past the index have identical counting errors, and these
+            // would be a mean error of the campaign. The constant changes the rate at a voltage by up to 0.5 %, 0.08 counts per row.
             let mut stand = Stand { imu: Some(imu), ..Stand::default() };
             stand.drive.inertia_kg_m2 = drawn_dut::drawn_drive(seed, &assumed).0.drive.inertia_kg_m2;
             stand.drive.motor_constant_N_m_A *= 1.0 + 0.01 * ((seed as f64 * std::f64::consts::SQRT_2).fract() - 0.5);

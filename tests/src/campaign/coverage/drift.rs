@@ -1,6 +1,7 @@
 //! `drift`: whole sessions on the simulated stand. Conditions: how the drift moves ([`DriftCase`]).
 //!
-//! Each session draws own drift, site, lag, unequal currents and an asymmetry of the torquer. The true own drift is its mean over the cycles.
+//! Each session draws own drift, site, lag, unequal currents and an asymmetry of the torquer. The true own drift is its mean over the
+//! cycles.
 
 use hal_sim::gyro::{DEG_H, Orientation, OwnDrift, SingleAxis, Site};
 use hal_sim::peripherals::Noise;

@@ -1,7 +1,8 @@
 //! `fit`: logs of the simulated stand, fitted as `stand fit` does.
 //!
-//! Conditions: `MODE-IMPERFECTION`, 30 s on the default stand with an imperfection of the log ([`crate::dirt`]), start values wrong by a factor of 1.5 either way; and
-//! `rate-shaft`, `rate-play`, a drawn stand with a soft shaft or with play under the speed loop, fitted from the true values.
+//! Conditions: `MODE-IMPERFECTION`, 30 s on the default stand with an imperfection of the log ([`crate::dirt`]), start values wrong by a
+//! factor of 1.5 either way; and `rate-shaft`, `rate-play`, a drawn stand with a soft shaft or with play under the speed loop, fitted from
+//! the true values.
 
 use hal_sim::plant::Stand;
 use identification::deadline::Deadline;
@@ -21,7 +22,8 @@ use crate::own::{TRUTH, log, model};
 const PROFILES: [(ProfileKind, &str); 3] =
     [(ProfileKind::MultiStep, "multi-step"), (ProfileKind::Multisine, "multisine"), (ProfileKind::Prbs, "prbs")];
 const MODES: [(&str, Mode); 2] = [("voltage", Mode::Voltage), ("rate", Mode::Rate)];
-/// Imperfections under the speed loop, and numbers of logs: a fit takes 1 to 6 s of processor time there, so jitter and outliers are left out.
+/// Imperfections under the speed loop, and numbers of logs: a fit takes 1 to 6 s of processor time there, so jitter and outliers are left
+/// out.
 const RATE: [(Dirt, u64); 5] = [(Dirt::Clean, 10), (Dirt::Coloured, 20), (Dirt::SlowInstant, 10), (Dirt::SlowMean, 16), (Dirt::Counts, 16)];
 /// Logs of each imperfection in voltage mode.
 const VOLTAGE_CASES: u64 = 20;

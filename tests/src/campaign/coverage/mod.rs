@@ -1,7 +1,8 @@
-//! Coverage of the uncertainties that `fit`, `calibrate`, `drift` and `allan` report: simulated measurements with known truth, 95 % intervals against it.
+//! Coverage of the uncertainties that `fit`, `calibrate`, `drift` and `allan` report: simulated measurements with known truth, 95 %
+//! intervals against it.
 //!
-//! A condition is one way of measuring (`fit` of clean logs in voltage mode, `calibrate` of gyroscopes …); its measurements differ by their seeds, which were fixed
-//! before the first run. A measurement is named `ANALYSIS/CONDITION/SEED`.
+//! A condition is one way of measuring (`fit` of clean logs in voltage mode, `calibrate` of gyroscopes …); its measurements differ by their
+//! seeds, which were fixed before the first run. A measurement is named `ANALYSIS/CONDITION/SEED`.
 //!
 //! * [`fit`], [`calibrate`], [`drift`], [`allan`]: the measurements of each analysis;
 //! * [`rows`]: counts of each quantity under each condition, and what chance allows;

@@ -68,8 +68,8 @@ impl Crate {
         self.files[file].strip_prefix(&self.root).unwrap_or(&self.files[file]).display().to_string()
     }
 
-    /// The first folder (or file without its ending) of a file's path within `folder` of the source, which ends with a slash or is empty; `None` for a file
-    /// outside, and for the root file of the folder.
+    /// The first folder (or file without its ending) of a file's path within `folder` of the source, which ends with a slash or is empty;
+    /// `None` for a file outside, and for the root file of the folder.
     pub fn top_folder(&self, folder: &str, file: usize) -> Option<String> {
         let name = self.name(file);
         let first = name.strip_prefix(folder)?.split('/').next().unwrap_or_default();

@@ -9,7 +9,8 @@ pub struct NextExperiment {
     pub purpose: Purpose,
     /// The session.
     pub run: StandRun,
-    /// What each run of the stand is expected to bring, the best first; empty where no two effects are to be distinguished, or the drive cannot be simulated.
+    /// What each run of the stand is expected to bring, the best first; empty where no two effects are to be distinguished, or the drive
+    /// cannot be simulated.
     pub expected: Vec<Separation>,
 }
 

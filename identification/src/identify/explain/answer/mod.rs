@@ -98,8 +98,8 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// No channel has more than noise left. Otherwise the standard errors are those of noise of the size that is left, and what the model lacks may have
-    /// shifted the parameters by more.
+    /// No channel has more than noise left. Otherwise the standard errors are those of noise of the size that is left, and what the model
+    /// lacks may have shifted the parameters by more.
     pub fn leaves_noise_only(&self) -> bool {
         self.outputs.iter().all(|o| o.ratio().powi(2) <= MAX_CHI2_PER_N_OF_NOISE)
     }
@@ -136,7 +136,8 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// An effect that was only screened: its card, values after one step of the linear model, and the logarithm of the probability by chance.
+    /// An effect that was only screened: its card, values after one step of the linear model, and the logarithm of the probability by
+    /// chance.
     pub fn screened(effect: String, card: &Card, values: &[f64], ln_p: f64, refused: Option<Refusal>) -> Self {
         let parameters = card.parameters.iter().zip(values);
         Candidate {

@@ -52,8 +52,8 @@ pub struct FittedCandidate {
     pub refused: Option<Refusal>,
 }
 
-/// Fits a trial from the best point that its score predicts. The fit stops as soon as it is clear whether its χ² falls below `rival`, the χ²
-/// of a rival.
+/// Fits a trial from the best point that its score predicts. The fit stops as soon as it is clear whether its χ² falls below `rival`, the
+/// χ² of a rival.
 pub fn fit_trial(base: &FittedModel, trial: &Trial, score: &Score, rival: f64) -> Option<FittedCandidate> {
     if base.data.budget.is_exhausted() {
         return None;

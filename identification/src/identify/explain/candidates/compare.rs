@@ -47,7 +47,8 @@ pub fn adding_step<'c>(base: &FittedModel<'c>) -> AddingStep<'c> {
     }
 }
 
-/// Evidence for each candidate against the model without it, on residuals whitened by the filter of the best candidate; and the number of independent samples.
+/// Evidence for each candidate against the model without it, on residuals whitened by the filter of the best candidate; and the number of
+/// independent samples.
 fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -> (Vec<FittedCandidate>, f64) {
     let Some(best) = fitted.iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2)) else { return (fitted, 0.0) };
     let residuals: Vec<&[f64]> = best.residuals.iter().map(Vec::as_slice).collect();
@@ -81,7 +82,8 @@ pub fn position(card: &Card) -> usize {
     cards().iter().position(|c| c.id == card.id).unwrap_or(usize::MAX)
 }
 
-/// Indices of candidates with these ΔBIC and positions in the catalogue, the best first; of those within `indistinguishable` of the best one the first in the catalogue.
+/// Indices of candidates with these ΔBIC and positions in the catalogue, the best first; of those within `indistinguishable` of the best
+/// one the first in the catalogue.
 fn in_order_of_preference(candidates: Vec<(f64, usize)>, indistinguishable: f64) -> Vec<usize> {
     let mut left: Vec<(usize, (f64, usize))> = candidates.into_iter().enumerate().collect();
     let mut order = Vec::new();
@@ -126,8 +128,8 @@ impl AddingStep<'_> {
         alike.min_by_key(|&k| position(self.candidates[k].trial.card))
     }
 
-    /// As [`AddingStep::choice`]. A candidate whose gain is not significant beside the open course of the voltage ([`gain_beside_course`]), or too small where only noise is left, is
-    /// refused, and the next one is chosen.
+    /// As [`AddingStep::choice`]. A candidate whose gain is not significant beside the open course of the voltage ([`gain_beside_course`]),
+    /// or too small where only noise is left, is refused, and the next one is chosen.
     pub fn choice_beside_open_course(&mut self, base: &FittedModel) -> Option<usize> {
         while let Some(chosen) = self.choice() {
             let f = &self.candidates[chosen];

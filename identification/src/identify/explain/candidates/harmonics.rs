@@ -1,8 +1,8 @@
 //! Search for the harmonic orders of the angle, and the frequencies, that are worth an exact screening.
 //!
-//! A torque a e^{inθ} changes the rate along the model's first-order decay. Its contribution s to each channel is computed along the logs for
-//! many orders n at once and correlated with the residual r: score = |Σ w s̄ r|² / Σ w |s|². The recursion neglects dry friction and what the
-//! model's own parameters could imitate, so that it only ranks; [`super::score`] computes the exact score of the best few.
+//! A torque a e^{inθ} changes the rate along the model's first-order decay. Its contribution s to each channel is computed along the logs
+//! for many orders n at once and correlated with the residual r: score = |Σ w s̄ r|² / Σ w |s|². The recursion neglects dry friction and
+//! what the model's own parameters could imitate, so that it only ranks; [`super::score`] computes the exact score of the best few.
 
 mod local_torque;
 pub mod periods;

@@ -1,7 +1,7 @@
 //! Search for jumps of the angle reading, as lost counts leave them.
 //!
-//! A jump δ shifts the increments of the angle over the next [`PreparedLog::angle_lag`] rows by δ. The residual is summed over as many rows: the best
-//! estimate of a jump at the first of them is the mean, and the square of the sum over the number of rows is the fall of χ².
+//! A jump δ shifts the increments of the angle over the next [`PreparedLog::angle_lag`] rows by δ. The residual is summed over as many
+//! rows: the best estimate of a jump at the first of them is the mean, and the square of the sum over the number of rows is the fall of χ².
 
 use drive_model::{Card, Screening};
 

@@ -1,7 +1,7 @@
 //! The part of an effect's gain that the unknown course of the voltage within the rows does not explain.
 //!
-//! In: a fitted effect. Out: its gain with the course as a second error. The gain takes the noise as the only one. Where the log has means of the voltage, or means and first
-//! moments, the course within the rows is open, and the estimates scatter by it as well.
+//! In: a fitted effect. Out: its gain with the course as a second error. The gain takes the noise as the only one. Where the log has means
+//! of the voltage, or means and first moments, the course within the rows is open, and the estimates scatter by it as well.
 
 use drive_model::ParameterKind;
 use nalgebra::{DMatrix, DVector};
@@ -16,13 +16,14 @@ pub fn gain_beside_course(base: &FittedModel, candidate: &FittedCandidate, sampl
     gain_of_part(candidate.gain, part_by_noise(base, candidate), samples)
 }
 
-/// The gain of an amplitude a is n ln(1 + a²/(n σ²)), where σ is its standard deviation by a noise whose level is estimated too: that gain with σ²/`part` in the place of σ².
+/// The gain of an amplitude a is n ln(1 + a²/(n σ²)), where σ is its standard deviation by a noise whose level is estimated too: that gain
+/// with σ²/`part` in the place of σ².
 fn gain_of_part(gain: f64, part: f64, samples: f64) -> f64 {
     samples * (part * (gain / samples).exp_m1()).ln_1p()
 }
 
-/// aᵀ (C + C_course)⁻¹ a / aᵀ C⁻¹ a of the effect's amplitudes a, with their covariance by the noise and by the course: the part of their significance that the course leaves. Of one amplitude it is
-/// σ²/(σ² + σ_course²). 1 where the log leaves nothing open.
+/// aᵀ (C + C_course)⁻¹ a / aᵀ C⁻¹ a of the effect's amplitudes a, with their covariance by the noise and by the course: the part of their
+/// significance that the course leaves. Of one amplitude it is σ²/(σ² + σ_course²). 1 where the log leaves nothing open.
 fn part_by_noise(base: &FittedModel, candidate: &FittedCandidate) -> f64 {
     let data = base.data_for(&candidate.trial);
     // Where the voltage was taken as constant within the rows, a small effect may be what it does there.
@@ -36,7 +37,8 @@ fn part_by_noise(base: &FittedModel, candidate: &FittedCandidate) -> f64 {
     let free: Vec<usize> = candidate.own.clone().filter(|&k| !parameters.list[k].fixed && by_noise[(k, k)] > 0.0).collect();
     let is_amplitude = |k: &usize| matches!(parameters.list[*k].kind, ParameterKind::NonNegative | ParameterKind::Signed);
     let amplitudes: Vec<usize> = free.iter().copied().filter(is_amplitude).collect();
-    // A shaft vanishes with its first parameter, the stiffness at infinity or the gap at zero, not with its damping. k/σ_k is the significance of the compliance 1/k too.
+    // A shaft vanishes with its first parameter, the stiffness at infinity or the gap at zero, not with its damping. k/σ_k is the
+    // significance of the compliance 1/k too.
     let judged = match candidate.trial.card.elastic {
         Some(_) => free.into_iter().take(1).collect(),
         None if amplitudes.is_empty() => free,
@@ -58,7 +60,8 @@ fn part_of(values: &DVector<f64>, by_noise: &DMatrix<f64>, by_course: &DMatrix<f
 mod tests {
     use super::*;
 
-    /// Two amplitudes that the noise determines together better than each: the course moves their sum, which is what they are significant by, or their difference.
+    /// Two amplitudes that the noise determines together better than each: the course moves their sum, which is what they are significant
+    /// by, or their difference.
     #[test]
     fn course_counts_along_the_direction_of_the_amplitudes() {
         let covariance = |correlation: f64, scale: f64| DMatrix::from_row_slice(2, 2, &[1.0, correlation, correlation, 1.0]) * scale;

@@ -134,8 +134,8 @@ fn shaft_without_gap(base: &FittedModel, trials: &[Trial], f: &FittedCandidate) 
     fit_trial(base, &trial, &Score::zero(&trial, base.free_parameters()), f64::INFINITY)
 }
 
-/// Fits the expensive trials to an excerpt. For each effect the best trial with its fitted values, if it leaves clearly less of the excerpt than
-/// the best candidate of `fitted`.
+/// Fits the expensive trials to an excerpt. For each effect the best trial with its fitted values, if it leaves clearly less of the excerpt
+/// than the best candidate of `fitted`.
 fn best_on_excerpt(base: &FittedModel, screening: &Screening, fitted: &[FittedCandidate]) -> Vec<(usize, Score)> {
     let Screening { trials, scores, .. } = screening;
     let criteria = base.context.criteria;

@@ -58,8 +58,8 @@ pub fn unphysical(base: &FittedModel, card: &Card, parameters: &Parameters, sigm
     None
 }
 
-/// Least distance of a number of periods per turn from a whole one that is a difference: a hundredth of a period over all turns of the log, a few
-/// counts of an encoder.
+/// Least distance of a number of periods per turn from a whole one that is a difference: a hundredth of a period over all turns of the log,
+/// a few counts of an encoder.
 fn least_distance(base: &FittedModel) -> f64 {
     0.01 / turns(&base.data).max(1.0)
 }

@@ -198,8 +198,8 @@ impl Projection<'_> {
     }
 }
 
-/// A trial with finite values: χ² predicted after one step from there, against χ² predicted after one step without it. An expensive trial is
-/// screened on an excerpt.
+/// A trial with finite values: χ² predicted after one step from there, against χ² predicted after one step without it. An expensive trial
+/// is screened on an excerpt.
 fn score_finite(base: &FittedModel, trial: &Trial) -> Score {
     let own_free = base.free_parameters();
     let mut result = Score::zero(trial, own_free);

@@ -113,7 +113,8 @@ impl Screening {
     }
 }
 
-/// Number of tests of one adding step: every trial, twice every order that was scanned, every period, and every row at which the angle may jump.
+/// Number of tests of one adding step: every trial, twice every order that was scanned, every period, and every row at which the angle may
+/// jump.
 fn number_of_tests(trials: &[Trial], periods: &Periods, base: &FittedModel, criteria: &Criteria) -> usize {
     let jumps = trials.iter().any(|t| matches!(t.card.screening, drive_model::Screening::AngleJumps(_)));
     let scanned = trials.iter().any(|t| t.card.screening == drive_model::Screening::Harmonics(drive_model::HarmonicSource::Torque));

@@ -1,8 +1,8 @@
 //! Trials: the effects of the catalogue that can be tried on these logs, at the values from which they are tried.
 //!
-//! The card of an effect states how it is screened ([`Screening`]). An effect that is absent at zero is screened by its sensitivity there, many
-//! effects at once. An effect whose zero is singular is screened at a few finite values, each simulated alone. The values follow from the model
-//! and the logs (resonances that the sampling resolves, a fraction of the largest current), not from one stand.
+//! The card of an effect states how it is screened ([`Screening`]). An effect that is absent at zero is screened by its sensitivity there,
+//! many effects at once. An effect whose zero is singular is screened at a few finite values, each simulated alone. The values follow from
+//! the model and the logs (resonances that the sampling resolves, a fraction of the largest current), not from one stand.
 
 use drive_model::{Card, ParameterKind, Screening, cards};
 

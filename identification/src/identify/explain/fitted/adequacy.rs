@@ -1,16 +1,19 @@
-//! Is what a model leaves noise? A model is adequate if its residual is independent of what was put in, whatever the colour of the residual.
+//! Is what a model leaves noise? A model is adequate if its residual is independent of what was put in, whatever the colour of the
+//! residual.
 //!
-//! In: a fitted model whose residual exceeds the white noise of its channels. Out: whether the residual depends on anything that an effect could
-//! depend on. Tested are
+//! In: a fitted model whose residual exceeds the white noise of its channels. Out: whether the residual depends on anything that an effect
+//! could depend on. Tested are
 //!
-//! * the correlation time, of which the log must contain many, unless another sensor shows that the platform did not move so: a slower residual is not known to be independent of anything;
-//! * the coordinates: angle, rate, current, temperature, time, acceleration, history ([`residual::misfits`], against noise of the residual's own colour);
+//! * the correlation time, of which the log must contain many, unless another sensor shows that the platform did not move so: a slower
+//!   residual is not known to be independent of anything;
+//! * the coordinates: angle, rate, current, temperature, time, acceleration, history ([`residual::misfits`], against noise of the
+//!   residual's own colour);
 //! * the past of the input: the innovations of the residual against the prewhitened input, N Σ r²(τ) ~ χ² (Söderström and Stoica, System
 //!   Identification, 1989, section 11.2);
 //! * the other channels, fast and slow: a torque that the model lacks moves rate, angle and current together, noise of one sensor does not;
 //! * for the angle: the place within the turn, for errors of its reading that are narrower than the coordinates show;
-//! * for a rate sensor against a known motion: powers of the rate, the acceleration, and harmonics of the turn with and without the rate as a factor. The innovations
-//!   against these quantities through the same filter, as generalised least squares weighs them.
+//! * for a rate sensor against a known motion: powers of the rate, the acceleration, and harmonics of the turn with and without the rate as
+//!   a factor. The innovations against these quantities through the same filter, as generalised least squares weighs them.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -99,7 +102,8 @@ pub fn coloured_noise(model: &FittedModel) -> Vec<Remark> {
         .collect()
 }
 
-/// A residual is correlated over so much of the log that no test can tell it from the motion, and no other sensor of the motion shows that the platform did not move so.
+/// A residual is correlated over so much of the log that no test can tell it from the motion, and no other sensor of the motion shows that
+/// the platform did not move so.
 fn is_slow(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
     let data = &model.data;
     let above: Vec<&ChannelFit> = above_white_noise(model).collect();
@@ -117,8 +121,10 @@ fn above_white_noise<'m>(model: &'m FittedModel) -> impl Iterator<Item = &'m Cha
     model.fit.channels.iter().filter(|c| noise.misfit(c.chi2_per_n()) > MisfitClass::Invisible)
 }
 
-/// Where the input holds values at t, what it did between them is not known: two ways to fill the gap, the monotone cubic and the last value, leave
-/// different residuals. A misfit below that difference in every channel says nothing about the drive. The same holds where values of the row before are assumed and no note states them: they may be values at t, of which a loop makes the next one by what the drive did in between.
+/// Where the input holds values at t, what it did between them is not known: two ways to fill the gap, the monotone cubic and the last
+/// value, leave different residuals. A misfit below that difference in every channel says nothing about the drive. The same holds where
+/// values of the row before are assumed and no note states them: they may be values at t, of which a loop makes the next one by what the
+/// drive did in between.
 pub fn input_between_samples(model: &FittedModel) -> Option<Remark> {
     let data = &model.data;
     let log = model.context.log;
@@ -145,8 +151,8 @@ fn depends_on_state(model: &FittedModel) -> bool {
     misfits.iter().any(|m| of_state(m.coordinate) && m.explained_fraction > max_fraction)
 }
 
-/// Where a channel is the newest sample of a sensor with its own clock, the age of the sample is not known, only that it is below the interval T: an error of
-/// slope × T/√12 rms. A misfit below that in every channel says nothing about the drive or the sensor.
+/// Where a channel is the newest sample of a sensor with its own clock, the age of the sample is not known, only that it is below the
+/// interval T: an error of slope × T/√12 rms. A misfit below that in every channel says nothing about the drive or the sensor.
 pub fn sample_age(model: &FittedModel) -> Option<Remark> {
     let data = &model.data;
     let white = model.context.criteria.noise.invisible;
@@ -214,7 +220,8 @@ fn depends_on_known_motion(model: &FittedModel, left: &Remainder, criteria: &Ade
 /// Places around the turn at which an error of the angle reading is sought, tents of 10° width.
 const PLACES: usize = 72;
 
-/// The residual of the angle has a part that is the same at each passage of a place within the turn, as bad lines of the encoder leave it. A narrow error has little of each harmonic, so that the coordinates do not show it.
+/// The residual of the angle has a part that is the same at each passage of a place within the turn, as bad lines of the encoder leave it.
+/// A narrow error has little of each harmonic, so that the coordinates do not show it.
 fn angle_reading_depends_on_angle(model: &FittedModel, left: &Remainder, criteria: &AdequacyCriteria) -> bool {
     let data = &model.data;
     let (Some(c), Some(theta)) = (data.channels.iter().position(|c| c.channel == Channel::Angle), data.theta) else { return false };
@@ -239,7 +246,8 @@ fn angle_reading_depends_on_angle(model: &FittedModel, left: &Remainder, criteri
     (0..PLACES).step_by(2).any(|place| explains_residual(model, left, (c, &innovations), [tent(place), tent(place + 1)], PLACES / 2))
 }
 
-/// Two series explain a significant part of the residual of a channel, where `tests` such pairs are tried. The innovations of the residual are compared with the series through the same filter.
+/// Two series explain a significant part of the residual of a channel, where `tests` such pairs are tried. The innovations of the residual
+/// are compared with the series through the same filter.
 fn explains_residual(
     model: &FittedModel,
     left: &Remainder,
@@ -261,7 +269,8 @@ fn centred(series: &[f64]) -> Vec<f64> {
     series.iter().map(|v| v - sum / n.max(1) as f64).collect()
 }
 
-/// Projection of a series on two others: χ² with two degrees of freedom if the series is white and independent of them, and the fraction of its variance.
+/// Projection of a series on two others: χ² with two degrees of freedom if the series is white and independent of them, and the fraction of
+/// its variance.
 fn projection(series: &[f64], on: &[Vec<f64>; 2]) -> (f64, f64) {
     let [mut aa, mut ab, mut bb, mut ea, mut eb, mut ee, mut n] = [0.0; 7];
     for ((e, a), b) in series.iter().zip(&on[0]).zip(&on[1]) {
@@ -295,7 +304,8 @@ fn prewhitened(series: &[f64]) -> Vec<f64> {
     Whitener::innovations_of(&centred(series))
 }
 
-/// Fraction of the variance of `innovations` that the past of `input`, up to `lags` steps back, explains beyond chance, and its probability by chance.
+/// Fraction of the variance of `innovations` that the past of `input`, up to `lags` steps back, explains beyond chance, and its probability
+/// by chance.
 fn cross_correlation(innovations: &[f64], input: &[f64], lags: usize) -> (f64, f64) {
     let square = |v: &[f64]| v.iter().filter(|v| v.is_finite()).map(|v| v * v).sum::<f64>();
     let (e2, x2) = (square(innovations), square(input));
@@ -350,8 +360,8 @@ fn channels_are_coherent(model: &FittedModel, left: &Remainder, criteria: &Adequ
     pairs.into_iter().filter_map(|(a, b)| Some((a?, b?))).any(|(a, b)| series_are_coherent(blocks(a), blocks(b), criteria))
 }
 
-/// The innovations of two series are correlated, in the series themselves or in means over two, four, … of their values: a slow motion is hidden below
-/// the white noise of each value, and means over longer blocks show it.
+/// The innovations of two series are correlated, in the series themselves or in means over two, four, … of their values: a slow motion is
+/// hidden below the white noise of each value, and means over longer blocks show it.
 fn series_are_coherent(mut a: Vec<f64>, mut b: Vec<f64>, criteria: &AdequacyCriteria) -> bool {
     // The same parts in both, so that their blocks are the same.
     for (a, b) in a.iter_mut().zip(&mut b).filter(|(a, b)| !a.is_finite() || !b.is_finite()) {
@@ -372,8 +382,8 @@ fn series_are_coherent(mut a: Vec<f64>, mut b: Vec<f64>, criteria: &AdequacyCrit
     }
 }
 
-/// Pairs of finite values but the first of each part. A segment begins with the initial states, and under coloured noise one step of the linear model determines them: both
-/// channels begin with the error of that step.
+/// Pairs of finite values but the first of each part. A segment begins with the initial states, and under coloured noise one step of the
+/// linear model determines them: both channels begin with the error of that step.
 fn pairs_after_first(a: &[f64], b: &[f64]) -> Vec<(f64, f64)> {
     let mut pairs = Vec::with_capacity(a.len());
     let mut is_first = true;

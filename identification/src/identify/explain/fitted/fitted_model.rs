@@ -79,7 +79,8 @@ impl<'a> FittedModel<'a> {
         fit_as_recorded(self.context.log, &mut data, &once).map(|(_, recording)| recording.conventions)
     }
 
-    /// This model, fitted to its data by one further convention, with the note on it; `None` where a note contradicts it or it cannot be simulated.
+    /// This model, fitted to its data by one further convention, with the note on it; `None` where a note contradicts it or it cannot be
+    /// simulated.
     pub fn recorded_by(&self, convention: Convention) -> Option<(Self, PreparationNote)> {
         let mut data = self.data.clone();
         let note = apply(convention, self.context.log, &mut data)?;
@@ -122,8 +123,8 @@ impl<'a> FittedModel<'a> {
         (system, parameters, states)
     }
 
-    /// The model fitted to short windows, from the parameters at which its fit began; `None` where there are too few windows. Within a short
-    /// window a missing effect shifts the parameters only a little.
+    /// The model fitted to short windows, from the parameters at which its fit began; `None` where there are too few windows. Within a
+    /// short window a missing effect shifts the parameters only a little.
     pub fn in_windows(&self) -> Option<Self> {
         let data = if self.data.driven == Input::Motion { None } else { short_windows(&self.data, WINDOW_S) }?;
         let iterate =
@@ -232,7 +233,8 @@ impl<'a> FittedModel<'a> {
         (!fixed.is_empty() || !at_bounds.is_empty()).then_some(Remark::NotFree { fixed, at_bounds })
     }
 
-    /// A remark that the winding's temperature has no scale in this log: where it is not measured, only α/C and C R_th are determined, and α is that for an assumed R_th.
+    /// A remark that the winding's temperature has no scale in this log: where it is not measured, only α/C and C R_th are determined, and
+    /// α is that for an assumed R_th.
     pub fn temperature_scale(&self) -> Option<Remark> {
         let value = |name: &str, fixed: bool| self.fit.parameters.list.iter().find(|p| p.name == name && p.fixed == fixed).map(|p| p.value);
         let (per_K, J_K, K_W) = (value("resistance_per_K", false)?, value("thermal_J_K", false)?, value("thermal_K_W", true)?);
@@ -243,8 +245,9 @@ impl<'a> FittedModel<'a> {
         })
     }
 
-    /// A remark that this model with a bridge that coasts in the off time of its PWM fits better than `last` does with one that brakes; `None` where a note states the bridge, or
-    /// the log has no supply. Coasting changes the torque as much as a missing effect can, so that the log cannot decide it alone: it is asked for, not assumed.
+    /// A remark that this model with a bridge that coasts in the off time of its PWM fits better than `last` does with one that brakes;
+    /// `None` where a note states the bridge, or the log has no supply. Coasting changes the torque as much as a missing effect can, so
+    /// that the log cannot decide it alone: it is asked for, not assumed.
     pub fn may_coast(&self, last: &FittedModel) -> Option<Remark> {
         let log = self.context.log;
         let is_command = self.data.driven == Input::Voltage && log.voltage() != VoltageSource::Terminals;

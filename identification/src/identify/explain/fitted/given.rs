@@ -36,7 +36,8 @@ pub enum GivenError {
 }
 
 impl<'a> Given<'a> {
-    /// Prepares the logs and fits `model`. `hold_out`: blocks of rows are held out. `conventions` of recording: those to assume; `None`: the ones that fit best.
+    /// Prepares the logs and fits `model`. `hold_out`: blocks of rows are held out. `conventions` of recording: those to assume; `None`:
+    /// the ones that fit best.
     ///
     /// # Errors
     /// [`GivenError`].

@@ -123,9 +123,10 @@ impl Whitener {
         }
     }
 
-    /// Information of the fitted rows about the unknowns, each channel weighted by its whitened variance: the parameters first, then the initial states
-    /// of each segment. A square of an unknown times its element is the expected gain (twice the logarithm of the likelihood ratio).
-    /// And a gradient for each of the `changes` of the readings (by channel and row, filtered by this whitener): the information times the unknowns that imitate the change best.
+    /// Information of the fitted rows about the unknowns, each channel weighted by its whitened variance: the parameters first, then the
+    /// initial states of each segment. A square of an unknown times its element is the expected gain (twice the logarithm of the likelihood
+    /// ratio). And a gradient for each of the `changes` of the readings (by channel and row, filtered by this whitener): the information
+    /// times the unknowns that imitate the change best.
     pub fn information(
         &self,
         system: &System,
@@ -139,8 +140,9 @@ impl Whitener {
         (information, gradients)
     }
 
-    /// Residuals by channel at the unknowns that are best for the whitened residuals, by one step of the linear model; NaN where a row is not compared. `None` where the
-    /// step is not determined. Under coloured noise the fit to the residuals themselves is a few standard errors away from there, and what that leaves depends on the motion.
+    /// Residuals by channel at the unknowns that are best for the whitened residuals, by one step of the linear model; NaN where a row is
+    /// not compared. `None` where the step is not determined. Under coloured noise the fit to the residuals themselves is a few standard
+    /// errors away from there, and what that leaves depends on the motion.
     pub fn residuals_at_best(
         &self,
         system: &System,
@@ -165,7 +167,8 @@ impl Whitener {
         Some(residuals)
     }
 
-    /// Sums of products of the whitened residuals of a model and their derivatives, and of filtered `changes` of the readings and the derivatives.
+    /// Sums of products of the whitened residuals of a model and their derivatives, and of filtered `changes` of the readings and the
+    /// derivatives.
     fn products<const N: usize>(
         &self,
         system: &System,
@@ -261,7 +264,8 @@ impl Whitener {
         step.iter().all(|s| s.is_finite()).then(|| (0..products.segments).map(of_segment).collect())
     }
 
-    /// Normal equations of the fitted rows, each channel weighted by its own whitened variance: information, gradient by the residuals, gradients by the changes.
+    /// Normal equations of the fitted rows, each channel weighted by its own whitened variance: information, gradient by the residuals,
+    /// gradients by the changes.
     fn equations<const N: usize>(&self, products: &Products<N>) -> (DMatrix<f64>, DVector<f64>, Vec<DVector<f64>>) {
         let mut sizes = vec![(0.0, 0.0); self.filters.len()];
         for (cell, key) in products.fitted() {

@@ -1,10 +1,12 @@
 //! Design of the next experiment: which run separates two fitted candidates best?
 //!
-//! The chosen candidate is simulated along each run that the stand can make, and its rival is linearised there. The rival's parameters may move, as far as the
-//! present logs allow (their information matrix is the prior). The weighted square of what the rival cannot follow is the expected gain, twice the logarithm
-//! of the likelihood ratio: the increase of ΔBIC that this run would bring (T-optimal design: Atkinson, Fedorov, Biometrika 62 (1975) 57).
+//! The chosen candidate is simulated along each run that the stand can make, and its rival is linearised there. The rival's parameters may
+//! move, as far as the present logs allow (their information matrix is the prior). The weighted square of what the rival cannot follow is
+//! the expected gain, twice the logarithm of the likelihood ratio: the increase of ΔBIC that this run would bring (T-optimal design:
+//! Atkinson, Fedorov, Biometrika 62 (1975) 57).
 //!
-//! Voltage runs are played as they are. Runs with a speed loop are played with a proportional-integral loop and feed-forward of the motor voltage.
+//! Voltage runs are played as they are. Runs with a speed loop are played with a proportional-integral loop and feed-forward of the motor
+//! voltage.
 
 use std::str::FromStr;
 

@@ -1,13 +1,15 @@
 //! Detection limits: the smallest effect that the logs would have shown beside a model that leaves only noise.
 //!
-//! An effect of amplitude a, added to the motion that was logged, is expected to gain (a/σ)² on the whitened residuals, where 1/σ² is the information of
-//! the fitted rows about a that the model's own parameters and initial states cannot imitate. It is added if its gain exceeds what the search asks for.
-//! The square root of the gain of one amplitude is a normal variable of mean a/σ and variance s², so that a = σ (√gain + z s) exceeds it with the probability of z
-//! (power of a likelihood ratio test: Kay, Fundamentals of Statistical Signal Processing II, 1998, chapter 6). For white noise s = 1. The autoregression that
-//! whitens the residual does not describe noise that is slow beside its order: s² is the largest factor by which such noise exceeds white noise in a channel.
-//! An effect is only tried if the score on the residuals themselves is significant ([`crate::identify::explain::candidates::screen`]): the limit is at least the amplitude whose score is.
-//! Where the course of the voltage within the rows is open, the search judges the gain with that course as a second error ([`crate::identify::explain::candidates::open_course`]): σ² is then larger by the
-//! ratio of the variance by noise and course to that by the noise.
+//! An effect of amplitude a, added to the motion that was logged, is expected to gain (a/σ)² on the whitened residuals, where 1/σ² is the
+//! information of the fitted rows about a that the model's own parameters and initial states cannot imitate. It is added if its gain
+//! exceeds what the search asks for. The square root of the gain of one amplitude is a normal variable of mean a/σ and variance s², so that
+//! a = σ (√gain + z s) exceeds it with the probability of z (power of a likelihood ratio test: Kay, Fundamentals of Statistical Signal
+//! Processing II, 1998, chapter 6). For white noise s = 1. The autoregression that whitens the residual does not describe noise that is
+//! slow beside its order: s² is the largest factor by which such noise exceeds white noise in a channel. An effect is only tried if the
+//! score on the residuals themselves is significant ([`crate::identify::explain::candidates::screen`]): the limit is at least the amplitude
+//! whose score is. Where the course of the voltage within the rows is open, the search judges the gain with that course as a second error
+//! ([`crate::identify::explain::candidates::open_course`]): σ² is then larger by the ratio of the variance by noise and course to that by
+//! the noise.
 
 use std::borrow::Cow;
 
@@ -38,8 +40,8 @@ pub fn limits_after(outcome: &Outcome) -> Vec<DetectionLimit> {
     if outcome.verdict == Verdict::Adequate && search.tests > 0 { detection_limits(search.models.last(), search.tests) } else { Vec::new() }
 }
 
-/// The limits of the effects that are absent at zero, in the order of the catalogue. `tests` is the number of tests of the search. Effects whose zero is
-/// singular (a shaft, a presliding stiffness) have no limit of this kind.
+/// The limits of the effects that are absent at zero, in the order of the catalogue. `tests` is the number of tests of the search. Effects
+/// whose zero is singular (a shaft, a presliding stiffness) have no limit of this kind.
 fn detection_limits(model: &FittedModel, tests: usize) -> Vec<DetectionLimit> {
     let criteria = &model.context.criteria.detection;
     let trials: Vec<Trial> = trials::list(model, &values_to_try(model, criteria)).0.into_iter().filter(has_one_amplitude).collect();
@@ -255,7 +257,8 @@ impl Information {
         Some(Information { factor: Cholesky::new(block)?, all, gradients, of_model })
     }
 
-    /// Covariance of these unknowns, together beside the model; `None` where it imitates one of them but for a fraction `min_identifiable` of its sensitivity.
+    /// Covariance of these unknowns, together beside the model; `None` where it imitates one of them but for a fraction `min_identifiable`
+    /// of its sensitivity.
     fn covariance(&self, lanes: &[usize], min_identifiable: f64) -> Option<DMatrix<f64>> {
         let whole = self.all.select_rows(lanes).select_columns(lanes);
         let cross = self.all.select_rows(&self.of_model).select_columns(lanes);
@@ -264,7 +267,8 @@ impl Information {
         if (0..lanes.len()).all(is_identifiable) { left.try_inverse() } else { None }
     }
 
-    /// Factor by which the changes, as a second error, increase the standard error of these unknowns, in the direction where they do so most.
+    /// Factor by which the changes, as a second error, increase the standard error of these unknowns, in the direction where they do so
+    /// most.
     fn increase_by_changes(&self, lanes: &[usize], min_identifiable: f64) -> Option<f64> {
         if self.gradients.is_empty() {
             return Some(1.0);
@@ -282,7 +286,8 @@ impl Information {
     }
 }
 
-/// Amplitude that no drive has, in the SI unit of its parameter. A log that is never slow has an amplitude for the friction of slow motion as well, of 1e100 N m.
+/// Amplitude that no drive has, in the SI unit of its parameter. A log that is never slow has an amplitude for the friction of slow motion
+/// as well, of 1e100 N m.
 const LARGEST: f64 = 1e9;
 
 /// Relative increase of the diagonal of the information matrix, so that its factorisation exists.

@@ -1,5 +1,5 @@
-//! The next experiment. What separates two effects is computed ([`design`]) where the drive can be simulated; otherwise the cards of the effects
-//! state it. Priority: an experiment that distinguishes rivals, then one that determines the effect better, then one that covers a
+//! The next experiment. What separates two effects is computed ([`design`]) where the drive can be simulated; otherwise the cards of the
+//! effects state it. Priority: an experiment that distinguishes rivals, then one that determines the effect better, then one that covers a
 //! range of operation without which the verdict is uncertain. A run that the log is already is not proposed to distinguish rivals.
 
 pub mod design;
@@ -45,8 +45,8 @@ pub fn experiment_after(outcome: &Outcome, coverage: &Coverage) -> Option<NextEx
     }
 }
 
-/// The experiment with the run of the highest expected ΔBIC. Where none is expected to reach `min_bic_difference`, what the card says stays: it may change the
-/// stand, which no simulated run does.
+/// The experiment with the run of the highest expected ΔBIC. Where none is expected to reach `min_bic_difference`, what the card says
+/// stays: it may change the stand, which no simulated run does.
 fn by_expectation(next: NextExperiment, separations: &[Separation], min_bic_difference: f64) -> NextExperiment {
     let expected = separations.to_vec();
     match (separations.first(), next.purpose) {
@@ -57,7 +57,8 @@ fn by_expectation(next: NextExperiment, separations: &[Separation], min_bic_diff
     }
 }
 
-/// The experiment that distinguishes a candidate from a rival, by their cards: from the first that a card knows how to separate, otherwise from the first.
+/// The experiment that distinguishes a candidate from a rival, by their cards: from the first that a card knows how to separate, otherwise
+/// from the first.
 fn distinguish(candidate: &Candidate, log: &Log) -> Option<NextExperiment> {
     let one = card(&candidate.effect)?;
     let known = candidate.ambiguous_with.iter().find_map(|other| Some((other, Rival::between(one, card(other)?)?)));

@@ -79,7 +79,8 @@ pub fn eliminate<'a>(search: &mut Search<'a>) -> Result<(), FitError> {
     Ok(())
 }
 
-/// Removes effects that would not be added to the others of the last model, the least needed first: at the end of a search each is examined, the last one too.
+/// Removes effects that would not be added to the others of the last model, the least needed first: at the end of a search each is
+/// examined, the last one too.
 pub fn eliminate_at_end(search: &mut Search) -> Result<(), FitError> {
     while search.added.len() > 1 && !search.models.last().data.budget.checkpoint() {
         let last = search.models.last();
@@ -125,7 +126,8 @@ impl Need {
         let (with, without) = (last.whitened_sums(&whitener), less.whitened_sums(&whitener));
         let more_parameters = last.free_parameters().saturating_sub(less.free_parameters());
         let effective_samples = with.effective_samples();
-        // The whitened sums are those of a step beside the minimum: where the residuals themselves are not smaller with the effect, they prove nothing.
+        // The whitened sums are those of a step beside the minimum: where the residuals themselves are not smaller with the effect, they
+        // prove nothing.
         let gain = if last.fit.chi2 < less.fit.chi2 { without.gain(&with) } else { 0.0 };
         let delta_bic = delta_bic(gain, more_parameters as f64, effective_samples);
         Need { whitener, gain, more_parameters, delta_bic, effective_samples, without }

@@ -2,9 +2,9 @@
 //!
 //! In each step every effect is screened, the best are refitted and compared. An effect is added if its gain is significant over everything
 //! that was tried, if it improves BIC, if held-out rows and every single log agree, and if its parameters are physical. After each addition
-//! [`eliminate`] removes what is no longer needed, at the end also what would not be added to the others. [`termination`] ends a search that makes no progress; what was only added in
-//! place of something else is removed. A search that comes back to effects that it had, because of two each is unnecessary beside the other, ends
-//! there: its next steps would be the same.
+//! [`eliminate`] removes what is no longer needed, at the end also what would not be added to the others. [`termination`] ends a search
+//! that makes no progress; what was only added in place of something else is removed. A search that comes back to effects that it had,
+//! because of two each is unnecessary beside the other, ends there: its next steps would be the same.
 
 use super::eliminate::{eliminate, eliminate_at_end, without_if_zero};
 use super::path::{Added, Search};

@@ -151,7 +151,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// BIC of the `last` model minus that of the `first`, on residuals that the noise of the last one whitens. The data of the two may be recorded by other conventions.
+/// BIC of the `last` model minus that of the `first`, on residuals that the noise of the last one whitens. The data of the two may be
+/// recorded by other conventions.
 pub fn bic_difference(first: &FittedModel, last: &FittedModel) -> f64 {
     let whitener = last.whitener();
     let (before, after) = (first.whitened_sums(&whitener), last.whitened_sums(&whitener));
@@ -159,8 +160,8 @@ pub fn bic_difference(first: &FittedModel, last: &FittedModel) -> f64 {
     delta_bic(before.gain(&after), more, before.effective_samples())
 }
 
-/// Rms by which the residual of `after` is smaller than that of `before`, over the standard deviation of the measured values, in the channel where that is
-/// largest.
+/// Rms by which the residual of `after` is smaller than that of `before`, over the standard deviation of the measured values, in the
+/// channel where that is largest.
 fn explained_part(before: &FittedModel, after: &FittedModel) -> f64 {
     let part = |index: usize| {
         let rms = |of: &FittedModel| of.fit.channels[index].rms;

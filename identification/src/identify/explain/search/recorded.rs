@@ -1,8 +1,8 @@
 //! The search, with the conventions of recording judged by the model that it found.
 //!
-//! A convention that no note states is chosen on the given model. While an effect is missing there, a wrong convention may imitate part of it. The model at
-//! the end of the search decides: where it fits better by other conventions, or where it leaves more than noise although one was assumed, the search begins
-//! again by those. The result with the lower BIC is kept.
+//! A convention that no note states is chosen on the given model. While an effect is missing there, a wrong convention may imitate part of
+//! it. The model at the end of the search decides: where it fits better by other conventions, or where it leaves more than noise although
+//! one was assumed, the search begins again by those. The result with the lower BIC is kept.
 
 use super::forward::search;
 use super::path::{Search, bic_difference};
@@ -14,7 +14,8 @@ use crate::identify::fit::{FitError, PreparedLog};
 use crate::identify::recording_conventions::{Convention, Recording, gain};
 use crate::model::Model;
 
-/// Searches from `given`, the `model` fitted as `recording` says, and from the stages of a `state` where there is one. `data`: the logs, with no convention assumed.
+/// Searches from `given`, the `model` fitted as `recording` says, and from the stages of a `state` where there is one. `data`: the logs,
+/// with no convention assumed.
 ///
 /// # Errors
 /// A model with an added effect cannot be simulated.
@@ -68,7 +69,8 @@ fn other_conventions(found: &Search, assumed: &[Convention], data: &PreparedLog)
     Ok((leaves_more && is_assumed).then(Vec::new))
 }
 
-/// The given model by one further convention, where by it the first few of the found effects, or none, are as likely as all of them without it.
+/// The given model by one further convention, where by it the first few of the found effects, or none, are as likely as all of them without
+/// it.
 fn convention_instead<'a>(found: &Search<'a>, recording: &Recording, data: &PreparedLog<'a>) -> Option<(FittedModel<'a>, Recording)> {
     let (last, earlier) = found.models.all().split_last()?;
     let given = earlier.first()?;

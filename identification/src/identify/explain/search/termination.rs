@@ -1,4 +1,5 @@
-//! Why a search ends, and the rules that end one whose effects still improve the fit, but remove too little of an error far above the noise.
+//! Why a search ends, and the rules that end one whose effects still improve the fit, but remove too little of an error far above the
+//! noise.
 //!
 //! All functions take the χ²/n of the worst channel of each stage, the given model first.
 

@@ -1,7 +1,7 @@
 //! A search that its budget has ended: what is open, and the state from which another run continues.
 //!
-//! The state holds what was decided, as model files with their fitted values. Another run fits these again, screens the given model again for the
-//! answer, and goes on where the budget ended. The budget of that run counts from zero.
+//! The state holds what was decided, as model files with their fitted values. Another run fits these again, screens the given model again
+//! for the answer, and goes on where the budget ended. The budget of that run counts from zero.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};

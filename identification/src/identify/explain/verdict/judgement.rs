@@ -22,8 +22,9 @@ pub fn verdict(search: &mut Search) -> Result<(Verdict, Vec<Shape>), OpenPart> {
     if budget.checkpoint() { Err(OpenPart::Remainder) } else { Ok(found) }
 }
 
-/// The verdict of a complete search. `effect-found` needs an adequate final model: only noise is left, of whatever colour. Where one unknown
-/// structure fits better than all added effects together, or where these leave too much, the added effects are removed from the search.
+/// The verdict of a complete search. `effect-found` needs an adequate final model: only noise is left, of whatever colour. Where one
+/// unknown structure fits better than all added effects together, or where these leave too much, the added effects are removed from the
+/// search.
 fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
     let (first, last) = (search.models.given(), search.models.last());
     let criteria = first.context.criteria;
@@ -56,7 +57,8 @@ fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
         if !found && last.misfit() <= MisfitClass::NoiseUncertainty {
             return (Verdict::Adequate, shapes);
         }
-        // Several effects beside coloured noise may be parts of one that no catalogue has: that the rest depends on nothing is weak evidence then.
+        // Several effects beside coloured noise may be parts of one that no catalogue has: that the rest depends on nothing is weak
+        // evidence then.
         if !(found && many)
             && let Adequacy::ColouredNoise(remarks) = adequacy(last)
         {

@@ -62,7 +62,8 @@ impl<'a> Outcome<'a> {
         self.leaves_noise().then(|| departure(&last.data, &last.fit.channels)).flatten()
     }
 
-    /// Gives the last model the parameters of largest likelihood of the prediction errors, where nothing is left, and remarks on what it rests on.
+    /// Gives the last model the parameters of largest likelihood of the prediction errors, where nothing is left, and remarks on what it
+    /// rests on.
     pub fn conclude(&mut self) {
         let mut remarks = Vec::new();
         // Between the minima of the free runs, before the last one is replaced.

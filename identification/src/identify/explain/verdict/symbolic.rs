@@ -1,8 +1,9 @@
 //! Search for an expression with few parameters that has the shape of a piecewise linear law.
 //!
-//! In: the heights of a law at its knots, with their confidence. Out: a few expressions for the model file, the best first. Sums of a constant and one or two
-//! terms from a library of the coordinate are fitted to the heights by weighted least squares and ranked by BIC. The heights of neighbouring knots are
-//! correlated, so that this only ranks: the caller fits the best expressions to the log and judges them on held-out rows.
+//! In: the heights of a law at its knots, with their confidence. Out: a few expressions for the model file, the best first. Sums of a
+//! constant and one or two terms from a library of the coordinate are fitted to the heights by weighted least squares and ranked by BIC.
+//! The heights of neighbouring knots are correlated, so that this only ranks: the caller fits the best expressions to the log and judges
+//! them on held-out rows.
 
 use std::f64::consts::TAU;
 

@@ -1,8 +1,9 @@
 //! Structures that no effect of the catalogue has.
 //!
-//! Piecewise linear laws over every coordinate ([`super::piecewise_linear`]), of a torque, a voltage or the reading of a channel, and a torque or voltage that oscillates in time, are fitted
-//! like effects and compared by the same evidence. For the best of them expressions with few parameters are searched ([`super::symbolic`]), fitted and compared on
-//! held-out rows; the best can be pasted into the model file.
+//! Piecewise linear laws over every coordinate ([`super::piecewise_linear`]), of a torque, a voltage or the reading of a channel, and a
+//! torque or voltage that oscillates in time, are fitted like effects and compared by the same evidence. For the best of them expressions
+//! with few parameters are searched ([`super::symbolic`]), fitted and compared on held-out rows; the best can be pasted into the model
+//! file.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -103,7 +104,8 @@ fn laws(base: &FittedModel) -> Vec<PiecewiseLinear> {
     list
 }
 
-/// Adds a law to the model; the positions of its heights. Increments do not show a constant error of the angle: its first height stays zero.
+/// Adds a law to the model; the positions of its heights. Increments do not show a constant error of the angle: its first height stays
+/// zero.
 fn append(system: &mut System, parameters: &mut Parameters, law: &PiecewiseLinear) -> Range<usize> {
     let own = append_linear(system, parameters, NAME, Arc::new(law.clone()), law.count);
     parameters.list[own.start].fixed = law.acts_on == SummingPoint::Angle;

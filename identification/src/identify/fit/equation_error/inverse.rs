@@ -1,7 +1,8 @@
 //! The inverse model as a linear regression: one column for each free parameter.
 //!
-//! The columns are differences of [`Rig::demand`](drive_rig::Rig::demand), so that any effect that is linear in its parameters works, also a user's
-//! own, and no equation exists twice. The coordinates of an amplitude with its phase are a·cos φ and a·sin φ. The linearity of the model is tested.
+//! The columns are differences of [`Rig::demand`](drive_rig::Rig::demand), so that any effect that is linear in its parameters works, also
+//! a user's own, and no equation exists twice. The coordinates of an amplitude with its phase are a·cos φ and a·sin φ. The linearity of the
+//! model is tested.
 
 use drive_model::{ParameterKind, Structure};
 use nalgebra::DMatrix;

@@ -1,14 +1,14 @@
 //! Equation-error fit: least squares of the inverse model along the measured motion, row by row.
 //!
-//! Input: a log with an angle and the input of the drive, a model. Output: the parameters that explain the torque (or current, or voltage) best,
-//! with standard errors, and the unexplained fraction in per cent. The method is that of robot identification: M. Gautier (1997), "Dynamic
-//! identification of robots with power model"; A. Janot, M. Gautier, M. Brunot, EMPS benchmark (2019), "IDIM-LS". The angle passes a Butterworth
-//! low-pass of order four, forwards and backwards; central differences give rate and acceleration. The inverse model is linear in its
-//! parameters. Both sides pass a second low-pass and are decimated by the same factor before the least-squares fit.
+//! Input: a log with an angle and the input of the drive, a model. Output: the parameters that explain the torque (or current, or voltage)
+//! best, with standard errors, and the unexplained fraction in per cent. The method is that of robot identification: M. Gautier (1997),
+//! "Dynamic identification of robots with power model"; A. Janot, M. Gautier, M. Brunot, EMPS benchmark (2019), "IDIM-LS". The angle passes
+//! a Butterworth low-pass of order four, forwards and backwards; central differences give rate and acceleration. The inverse model is
+//! linear in its parameters. Both sides pass a second low-pass and are decimated by the same factor before the least-squares fit.
 //!
 //! Differences from the output-error fit of [`super`]: each row has its own error, errors do not accumulate; noise of the angle enters the
-//! regressors and biases the parameters towards zero (most an inertia with a coarse encoder). No start values are needed and there are no local
-//! minima. If the two fits differ by more than their errors, the model is incomplete.
+//! regressors and biases the parameters towards zero (most an inertia with a coarse encoder). No start values are needed and there are no
+//! local minima. If the two fits differ by more than their errors, the model is incomplete.
 //!
 //! Limits: parameters that are not linear in the inverse model, or not part of it, are refused by name.
 
@@ -37,7 +37,8 @@ pub struct Settings {
 const DEFAULT_CUTOFF_HZ: f64 = 100.0;
 /// Highest cutoff relative to the row rate; central differences attenuate higher frequencies.
 const MAX_CUTOFF_FRACTION: f64 = 0.2;
-/// Decimation filter: pairs of poles, ripple in dB, cutoff relative to half the decimated rate (as MATLAB's `decimate`, which the authors use).
+/// Decimation filter: pairs of poles, ripple in dB, cutoff relative to half the decimated rate (as MATLAB's `decimate`, which the authors
+/// use).
 const DECIMATION_FILTER: (u32, f64, f64) = (4, 0.05, 0.8);
 /// Rows omitted at the ends of a segment because of transients, in periods of the cutoff (50 rows in the benchmark).
 const OMITTED_PERIODS: f64 = 5.0;
@@ -146,8 +147,8 @@ impl InverseModelError {
 pub struct EquationErrorFit {
     /// Parameters, as given or fitted.
     pub parameters: Parameters,
-    /// Standard errors of the parameters, 0 if fixed or not fitted. The decimated rows are treated as independent, as by the authors of the method;
-    /// this holds for the noise, not for the misfit of an incomplete model.
+    /// Standard errors of the parameters, 0 if fixed or not fitted. The decimated rows are treated as independent, as by the authors of the
+    /// method; this holds for the noise, not for the misfit of an incomplete model.
     pub sigmas: Vec<f64>,
     /// The explained channel.
     pub explained: Channel,
@@ -260,8 +261,8 @@ const MIN_RELATIVE_EIGENVALUE: f64 = 1e-8;
 /// Component of a dependent direction above which a parameter belongs to the direction.
 const MIN_DIRECTION_COMPONENT: f64 = 0.2;
 
-/// As [`solve`], with every parameter in its physical range: while estimates are outside, the one that is farthest outside in standard errors
-/// is held at its bound.
+/// As [`solve`], with every parameter in its physical range: while estimates are outside, the one that is farthest outside in standard
+/// errors is held at its bound.
 fn solve_within_ranges(
     inverse: &Inverse,
     decimator: &Decimator,

@@ -38,7 +38,8 @@ fn refused(effects: &str, more: &str) -> String {
     fit(&log, &model(effects, more), Settings::usual(&log)).unwrap_err().to_string()
 }
 
-/// Tolerance 1e-3: central differences of the faster sine have an error of (ω h)²/6 = 8e-6; the low-pass smooths the steps of the Coulomb torque.
+/// Tolerance 1e-3: central differences of the faster sine have an error of (ω h)²/6 = 8e-6; the low-pass smooths the steps of the Coulomb
+/// torque.
 #[test]
 fn fit_returns_true_parameters_from_any_start() {
     let (a, phase) = (0.4, 2.0);

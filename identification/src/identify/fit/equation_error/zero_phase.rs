@@ -1,8 +1,9 @@
 //! Zero-phase low-passes: filtered forwards, then backwards.
 //!
-//! Input: an evenly sampled series and a cutoff relative to half the sampling rate. Output: a series of the same length. A filter is a cascade of
-//! second-order sections, from the analogue poles by the bilinear transform (Oppenheim and Schafer, Discrete-Time Signal Processing, §7.1); its DC
-//! gain is 1. The ends are extended by point reflection and the sections start settled, so that a constant or a ramp passes unchanged.
+//! Input: an evenly sampled series and a cutoff relative to half the sampling rate. Output: a series of the same length. A filter is a
+//! cascade of second-order sections, from the analogue poles by the bilinear transform (Oppenheim and Schafer, Discrete-Time Signal
+//! Processing, §7.1); its DC gain is 1. The ends are extended by point reflection and the sections start settled, so that a constant or a
+//! ramp passes unchanged.
 
 use std::f64::consts::PI;
 

@@ -20,8 +20,8 @@ impl<S: Scalar> Lag<S> {
         output
     }
 
-    /// Output at `t_s` from the input there. With `integral`, the integral of the input over the row, the input is the parabola with this integral
-    /// and the two values; without it a straight line. Before the first row the input is constant.
+    /// Output at `t_s` from the input there. With `integral`, the integral of the input over the row, the input is the parabola with this
+    /// integral and the two values; without it a straight line. Before the first row the input is constant.
     #[inline]
     pub(super) fn push(&mut self, t_s: f64, input: S, integral: Option<S>) -> S {
         let Some((last_s, last_in, last_out)) = self.state else {

@@ -1,8 +1,8 @@
 //! History of a signal at rows and between them.
 //!
-//! Stored are the values at rows and the integral, which the model gives exactly. Between two rows a continuous signal (rate, angle) is the parabola
-//! with both values and the integral: the derivative of the cubic Hermite interpolation of the integral. A current is discontinuous at rows; it
-//! is linear within the row, with the slope at the start of the row.
+//! Stored are the values at rows and the integral, which the model gives exactly. Between two rows a continuous signal (rate, angle) is the
+//! parabola with both values and the integral: the derivative of the cubic Hermite interpolation of the integral. A current is
+//! discontinuous at rows; it is linear within the row, with the slope at the start of the row.
 
 use std::collections::VecDeque;
 
@@ -48,8 +48,8 @@ impl<S: Scalar> SignalHistory<S> {
         SignalHistory { knots: VecDeque::new(), reach_s, discontinuous, since_reset: 0 }
     }
 
-    /// Adds a row; `integral` is the integral since the last row. For a discontinuous signal, `value` and `slope` are those of the row that begins,
-    /// and the integral is computed from them.
+    /// Adds a row; `integral` is the integral since the last row. For a discontinuous signal, `value` and `slope` are those of the row that
+    /// begins, and the integral is computed from them.
     pub(super) fn push(&mut self, t_s: f64, integral: S, value: S, slope: S) {
         let sum = match self.knots.back() {
             Some(last) if self.discontinuous => last.sum + (last.value + last.slope * (0.5 * (t_s - last.t_s))) * (t_s - last.t_s),
@@ -147,8 +147,8 @@ mod tests {
         }
     }
 
-    /// A rate that halves in a row of 20 ms, h/τ = 0.69. Error of the parabola: at most (h/τ)³ √3/216 = 2.7e-3 of the first rate; of a straight
-    /// line: (h/τ)²/8 of the mean rate, 4e-2.
+    /// A rate that halves in a row of 20 ms, h/τ = 0.69. Error of the parabola: at most (h/τ)³ √3/216 = 2.7e-3 of the first rate; of a
+    /// straight line: (h/τ)²/8 of the mean rate, 4e-2.
     #[test]
     fn decay_within_a_long_row_is_interpolated() {
         let (tau, h): (f64, f64) = (0.029, 0.02);
@@ -171,8 +171,8 @@ mod tests {
         assert!((past.at(0.03).unwrap().sum - 0.05).abs() < 1e-15, "integral within the last row");
     }
 
-    /// An angle after an hour at 100 rad/s: 3.6e5 rad, integral 6e8 rad s. Differences of such integrals over 1 ms resolve 1e-4 rad; with a reset every
-    /// 1000 rows they resolve 1e-7 rad.
+    /// An angle after an hour at 100 rad/s: 3.6e5 rad, integral 6e8 rad s. Differences of such integrals over 1 ms resolve 1e-4 rad; with a
+    /// reset every 1000 rows they resolve 1e-7 rad.
     #[test]
     fn resolution_is_kept_over_an_hour() {
         let mut past: SignalHistory<f64> = SignalHistory::new(0.01, false);

@@ -85,8 +85,8 @@ fn shown<S: Scalar>(
         .collect()
 }
 
-/// A row is 0.69 τ. Error of the cubic of the angle: at most 0.69⁴/384 τ, over the window 1e-3 of the rate. Error of the parabola of the rate:
-/// 0.69³ √3/216 = 3e-3. Error of a straight line: 0.69²/8 = 6 %.
+/// A row is 0.69 τ. Error of the cubic of the angle: at most 0.69⁴/384 τ, over the window 1e-3 of the rate. Error of the parabola of the
+/// rate: 0.69³ √3/216 = 3e-3. Error of a straight line: 0.69²/8 = 6 %.
 #[test]
 fn delayed_rate_is_interpolated_within_the_row() {
     let t_s = rows();
@@ -133,8 +133,8 @@ fn lag_and_window_act_within_the_row() {
     }
 }
 
-/// A filter of the logger whose time constant is shorter than a row, as that of a rate sensor in rows of 1 ms: as the lag of a sensor. A straight line within the row
-/// would err by 6 %.
+/// A filter of the logger whose time constant is shorter than a row, as that of a rate sensor in rows of 1 ms: as the lag of a sensor. A
+/// straight line within the row would err by 6 %.
 #[test]
 fn filter_of_the_logger_acts_within_the_row() {
     let (t_s, lag) = (rows(), 0.006);

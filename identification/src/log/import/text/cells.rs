@@ -141,7 +141,8 @@ pub(super) fn number(cell: &str, decimal: char) -> Option<f64> {
     [other, ' ', '\u{a0}', '\u{202f}', '\''].into_iter().find(|mark| thousands(*mark)).and_then(|mark| plain(&cell.replace(mark, "")))
 }
 
-/// A date with time, or a time of day: whole seconds and the fraction. Two numbers with a colon are minutes and seconds, as spreadsheets show them.
+/// A date with time, or a time of day: whole seconds and the fraction. Two numbers with a colon are minutes and seconds, as spreadsheets
+/// show them.
 pub(super) fn seconds(cell: &str) -> Option<(i64, f64)> {
     if cell.len() < 5 || !cell.contains(':') || !cell.starts_with(|c: char| c.is_ascii_digit()) {
         return None;

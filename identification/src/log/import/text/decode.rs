@@ -6,8 +6,8 @@ use encoding_rs::{Encoding, UTF_8};
 /// Bytes from which the encoding is found.
 const EXAMINED_BYTES: usize = 1 << 16;
 
-/// UTF-8 or UTF-16 by its mark, else UTF-8 if it is that, else the 8-bit encoding of the language that its letters suggest. `None` for bytes that are no
-/// text.
+/// UTF-8 or UTF-16 by its mark, else UTF-8 if it is that, else the 8-bit encoding of the language that its letters suggest. `None` for
+/// bytes that are no text.
 pub(super) fn decoded(bytes: Vec<u8>) -> Option<String> {
     if let Some((encoding, _)) = Encoding::for_bom(&bytes) {
         return Some(encoding.decode_with_bom_removal(&bytes).0.into_owned());

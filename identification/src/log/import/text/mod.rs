@@ -1,8 +1,8 @@
-//! Reads tables from text files of other programs: commas, semicolons, tabs, spaces or bars between cells, decimal points or commas, lines before the
-//! header, a row of units, no header at all, lines among the rows that are no rows.
+//! Reads tables from text files of other programs: commas, semicolons, tabs, spaces or bars between cells, decimal points or commas, lines
+//! before the header, a row of units, no header at all, lines among the rows that are no rows.
 //!
-//! The separators are those that make most cells numbers. The native reader ([`crate::log::csv`]) is stricter and streams; this one holds the text.
-//! Forms that are no table of lines: vectors of Octave ([`octave`]), pairs of labels and numbers ([`labels`]).
+//! The separators are those that make most cells numbers. The native reader ([`crate::log::csv`]) is stricter and streams; this one holds
+//! the text. Forms that are no table of lines: vectors of Octave ([`octave`]), pairs of labels and numbers ([`labels`]).
 
 mod cells;
 mod decode;

@@ -1,9 +1,9 @@
 //! Search for periods of a torque that are no whole parts of a turn: over the angle or over time, in one transform.
 //!
 //! A torque e^{iρφ} with the phase φ (angle, or 2π × time) is correlated with the residual by the adjoint of the recursion of [`Scan`]: the
-//! sensitivities g of the weighted residuals to a torque in each row are computed once, backwards, and Σ g e^{iρφ} follows for all ρ by a Fourier
-//! transform ([`super::phase_lines`]). The power of the response is that of a constant local frequency in each row. As for whole orders
-//! the score only ranks.
+//! sensitivities g of the weighted residuals to a torque in each row are computed once, backwards, and Σ g e^{iρφ} follows for all ρ by a
+//! Fourier transform ([`super::phase_lines`]). The power of the response is that of a constant local frequency in each row. As for whole
+//! orders the score only ranks.
 
 use drive_model::{PeriodOf, Screening};
 use realfft::num_complex::Complex;

@@ -1,7 +1,9 @@
-//! Lines of a series over a phase (angle, or 2π × time) that are no whole parts of a turn: its Fourier transform at all orders up to a highest one.
+//! Lines of a series over a phase (angle, or 2π × time) that are no whole parts of a turn: its Fourier transform at all orders up to a
+//! highest one.
 //!
-//! Each value is shared between the two nearest bins of the phase, and the sums of the bins are transformed. With one bin for each value, rows that beat with the bins would leave
-//! images of a strong line at other orders. Over the time the rows are even; the spacing of rows and bins has a whole ratio there, which leaves no images.
+//! Each value is shared between the two nearest bins of the phase, and the sums of the bins are transformed. With one bin for each value,
+//! rows that beat with the bins would leave images of a strong line at other orders. Over the time the rows are even; the spacing of rows
+//! and bins has a whole ratio there, which leaves no images.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -54,8 +56,8 @@ pub struct PhaseLines {
 }
 
 impl PhaseLines {
-    /// Lines of the `values` over the `phase`, from `min_periods` periods in all up to the order `highest`, in periods per turn; `None` where no order is between these limits.
-    /// Rows whose phase or value is not finite are ignored.
+    /// Lines of the `values` over the `phase`, from `min_periods` periods in all up to the order `highest`, in periods per turn; `None`
+    /// where no order is between these limits. Rows whose phase or value is not finite are ignored.
     pub fn of(phase: &Phase, values: &[f64], min_periods: f64, highest: f64) -> Option<Self> {
         let (from, to) = phase.rad.iter().copied().min_max();
         let turns = (to - from) / TAU;
@@ -135,7 +137,8 @@ mod tests {
     fn strong_line_leaves_no_images() {
         // Three rows for each bin.
         let at_1_kHz = Phase { rad: (0..20_000).map(|k| TAU * f64::from(k) / 1000.0).collect(), rows_per_turn: Some(1000.0) };
-        // The side lobes of a line at 0.3 Hz in 20 s are below 1/(π · 20 s · 35 Hz) there. With 320 bins per second the 15th multiple of 40 Hz is shared with sinc² 1.875.
+        // The side lobes of a line at 0.3 Hz in 20 s are below 1/(π · 20 s · 35 Hz) there. With 320 bins per second the 15th multiple of 40
+        // Hz is shared with sinc² 1.875.
         for (phase, limit) in [(phase(Some(200.0)), 1e-3), (at_1_kHz, 1e-3), (phase(None), 1e-2)] {
             let values: Vec<f64> = phase.rad.iter().map(|p| (0.3 * p).sin()).collect();
             let lines = PhaseLines::of(&phase, &values, 2.0, 40.0).unwrap();
