@@ -152,8 +152,8 @@ def allan(
 ) -> Answer: ...
 def drift(
     logs: Sequence[Log],
-    scales: tuple[float | None, float | None, float | None, float | None, float | None],
-    uncertainties: tuple[float | None, float | None, float | None, float | None, float | None, float | None],
+    scales: dict[str, float | None],
+    uncertainties: dict[str, float | None],
     units_of_answer: str | None,
 ) -> Answer: ...
 def drift_platform(log: Log, pulse_s: float | None, latitude_deg: float | None, units_of_answer: str | None) -> Answer: ...

@@ -163,8 +163,21 @@ def drift(
     Scales that are not given are taken from the notes of the log: K_k (V/rad), K_m/H (rad/s/A), duration of a pulse (s), end of the sensor's range (V), latitude
     (degrees). Standard uncertainties of the setup in rad, or as a ratio. Raises LogError, AnalysisError.
     """
-    scales = (angle_gain_V_rad, torquer_gain_rad_s_A, pulse_s, angle_limit_V, latitude_deg)
-    uncertainties = (turn_error_rad, level_error_rad, gain_error, torquer_gain_error, latitude_error_rad, torquer_asymmetry)
+    scales = {
+        "angle_gain_V_rad": angle_gain_V_rad,
+        "torquer_gain_rad_s_A": torquer_gain_rad_s_A,
+        "pulse_s": pulse_s,
+        "angle_limit_V": angle_limit_V,
+        "latitude_deg": latitude_deg,
+    }
+    uncertainties = {
+        "turn_error_rad": turn_error_rad,
+        "level_error_rad": level_error_rad,
+        "gain_error": gain_error,
+        "torquer_gain_error": torquer_gain_error,
+        "latitude_error_rad": latitude_error_rad,
+        "torquer_asymmetry": torquer_asymmetry,
+    }
     return Drift(_native.drift(_logs(logs, _native.DRIFT_COLUMNS), scales, uncertainties, units))
 
 

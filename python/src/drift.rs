@@ -12,10 +12,28 @@ use crate::log::Log;
 use crate::noise::units;
 use crate::task;
 
-/// Scales of the setup in the order of the Python function; a missing one is taken from the notes of the log.
-type Scales = (Option<f64>, Option<f64>, Option<f64>, Option<f64>, Option<f64>);
-/// Standard uncertainties in the order of the Python function, in SI units; a missing one has the default of the library.
-type Uncertainties = (Option<f64>, Option<f64>, Option<f64>, Option<f64>, Option<f64>, Option<f64>);
+/// Scales of the setup, a dict in Python; a missing one is taken from the notes of the log.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Scales {
+    angle_gain_V_rad: Option<f64>,
+    torquer_gain_rad_s_A: Option<f64>,
+    pulse_s: Option<f64>,
+    angle_limit_V: Option<f64>,
+    latitude_deg: Option<f64>,
+}
+
+/// Standard uncertainties in SI units, a dict in Python; a missing one has the default of the library.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Uncertainties {
+    turn_error_rad: Option<f64>,
+    level_error_rad: Option<f64>,
+    gain_error: Option<f64>,
+    torquer_gain_error: Option<f64>,
+    latitude_error_rad: Option<f64>,
+    torquer_asymmetry: Option<f64>,
+}
 
 /// Drift from logs with `angle_sensor_V` and `torquer_A`; several form one measurement.
 #[pyfunction]
@@ -26,16 +44,15 @@ pub fn drift(
     uncertainties: Uncertainties,
     units_of_answer: Option<&str>,
 ) -> PyResult<Answer> {
-    let (angle_gain_V_rad, torquer_gain_rad_s_A, pulse_s, angle_limit_V, latitude_deg) = scales;
-    let (turn, level, gain, torquer_gain, latitude, asymmetry) = uncertainties;
+    let Scales { angle_gain_V_rad, torquer_gain_rad_s_A, pulse_s, angle_limit_V, latitude_deg } = scales;
     let usual = SetupUncertainties::default();
     let uncertainties = SetupUncertainties {
-        turn_error_rad: turn.unwrap_or(usual.turn_error_rad),
-        level_error_rad: level.unwrap_or(usual.level_error_rad),
-        gain_error: gain.unwrap_or(usual.gain_error),
-        torquer_gain_error: torquer_gain.unwrap_or(usual.torquer_gain_error),
-        latitude_error_rad: latitude.unwrap_or(usual.latitude_error_rad),
-        torquer_asymmetry: asymmetry.unwrap_or(usual.torquer_asymmetry),
+        turn_error_rad: uncertainties.turn_error_rad.unwrap_or(usual.turn_error_rad),
+        level_error_rad: uncertainties.level_error_rad.unwrap_or(usual.level_error_rad),
+        gain_error: uncertainties.gain_error.unwrap_or(usual.gain_error),
+        torquer_gain_error: uncertainties.torquer_gain_error.unwrap_or(usual.torquer_gain_error),
+        latitude_error_rad: uncertainties.latitude_error_rad.unwrap_or(usual.latitude_error_rad),
+        torquer_asymmetry: uncertainties.torquer_asymmetry.unwrap_or(usual.torquer_asymmetry),
     };
     let settings = DriftSettings { angle_gain_V_rad, torquer_gain_rad_s_A, pulse_s, angle_limit_V, latitude_deg, uncertainties };
     let units = units(units_of_answer)?;

@@ -5,8 +5,8 @@ use super::{RAM, Soc};
 use crate::peripherals::dma::{Item, STREAMS};
 
 impl Soc {
-    /// The request lines of the DMA (RM0390, tables 28 and 29).
-    fn is_requested(&mut self, controller: usize, stream: usize, channel: u32, to_peripheral: bool) -> bool {
+    /// Whether a stream is requested by its line (RM0390, tables 28 and 29); the peripheral's request is then taken.
+    fn takes_request(&mut self, controller: usize, stream: usize, channel: u32, to_peripheral: bool) -> bool {
         let [usart_receive, usart_transmit] = self.usart.requests_dma();
         let [spi_receive, spi_transmit] = self.spi.requests_dma();
         match (controller, stream, channel, to_peripheral) {
@@ -30,7 +30,7 @@ impl Soc {
             for controller in 0..2 {
                 for stream in 0..STREAMS {
                     let Some((channel, to_peripheral, _)) = self.dma[controller].request(stream) else { continue };
-                    if self.is_requested(controller, stream, channel, to_peripheral) {
+                    if self.takes_request(controller, stream, channel, to_peripheral) {
                         let item = self.dma[controller].take(stream);
                         self.move_item(item);
                         moved = true;

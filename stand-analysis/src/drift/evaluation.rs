@@ -107,7 +107,7 @@ impl Measurement {
             let (regressors, offset) = regressors(&cycle.position);
             rows.push(FitRow {
                 time_s: cycle.start_s + cycle.integral.pulse_s,
-                rate_rad_s: rate(cycle) + offset,
+                reading: rate(cycle) + offset,
                 sign: cycle.sign,
                 // Equal amplitudes: no correction of unequal pulses.
                 amplitude_rad_s: if is_corrected { mean_amplitude_rad_s(&cycles, cycle.amplitude_rad_s) } else { 1.0 },

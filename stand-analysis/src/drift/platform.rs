@@ -262,7 +262,7 @@ fn fitted(cycles: &[PlatformCycle], pulse_s: f64) -> (Estimate, Estimate, Option
     let fit = |of: &dyn Fn(&PlatformCycle) -> f64| {
         let row = |cycle: &&PlatformCycle| FitRow {
             time_s: cycle.start_s + pulse_s,
-            rate_rad_s: of(cycle),
+            reading: of(cycle),
             sign: cycle.sign,
             amplitude_rad_s: cycle.rate_rad_s,
             regressors: vec![1.0],

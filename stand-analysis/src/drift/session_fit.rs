@@ -61,8 +61,8 @@ const TREND_PROBABILITY: f64 = 0.99;
 pub struct FitRow {
     /// Middle of the cycle, s.
     pub time_s: f64,
-    /// Drift rate, rad/s.
-    pub rate_rad_s: f64,
+    /// What is fitted, in the unit of the result: a drift rate, rad/s, or the mean of another quantity over a period.
+    pub reading: f64,
     /// Sign of the first pulse.
     pub sign: i8,
     /// Magnitude of the pulses, rad/s.
@@ -159,7 +159,7 @@ impl SessionFit {
             }
         }
         let x = design(&columns);
-        let y = DVector::from_fn(rows.len(), |i, _| rows[i].rate_rad_s * weights[i].sqrt());
+        let y = DVector::from_fn(rows.len(), |i, _| rows[i].reading * weights[i].sqrt());
         let mut times: Vec<f64> = rows.iter().map(|row| row.time_s).collect();
         times.sort_by(f64::total_cmp);
         let interval_s = median(times.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0.0)).unwrap_or(1.0);
@@ -473,8 +473,8 @@ fn averaged(rows: &[FitRow]) -> Vec<FitRow> {
                 let mean = &mut open[k];
                 let weight = mean.weight + row.weight;
                 let add = |old: f64, new: f64| (old * mean.weight + new * row.weight) / weight;
-                (mean.time_s, mean.rate_rad_s, mean.amplitude_rad_s) =
-                    (add(mean.time_s, row.time_s), add(mean.rate_rad_s, row.rate_rad_s), add(mean.amplitude_rad_s, row.amplitude_rad_s));
+                (mean.time_s, mean.reading, mean.amplitude_rad_s) =
+                    (add(mean.time_s, row.time_s), add(mean.reading, row.reading), add(mean.amplitude_rad_s, row.amplitude_rad_s));
                 mean.weight = weight;
                 if weight >= group as f64 {
                     means.push(open.remove(k));
@@ -503,7 +503,7 @@ mod tests {
         let mut rows = session_of(&[1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0], 4, &[1.0], sigma, seed, |_| 0.0);
         for row in &mut rows {
             row.visit = row.visit.div_ceil(2);
-            row.rate_rad_s += offsets[row.visit];
+            row.reading += offsets[row.visit];
         }
         rows
     }
@@ -519,7 +519,7 @@ mod tests {
                     let rate = 1.5 - 0.9 * sign_of_position + 0.1 * f64::from(sign) * amplitude + moves(t) + sigma * noise.draw();
                     rows.push(FitRow {
                         time_s: t,
-                        rate_rad_s: rate,
+                        reading: rate,
                         sign,
                         amplitude_rad_s: *amplitude,
                         regressors: vec![1.0, *sign_of_position],
@@ -611,7 +611,7 @@ mod tests {
             let mut offset = Noise::new(seed, 5, 0.2);
             let offsets: Vec<f64> = (0..4).map(|_| offset.draw()).collect();
             let mut rows = session(10, &[1.0], 0.01, 700 + seed, |_| 0.0);
-            rows.iter_mut().for_each(|row| row.rate_rad_s += offsets[row.visit]);
+            rows.iter_mut().for_each(|row| row.reading += offsets[row.visit]);
             let fit = SessionFit::new(&rows).unwrap();
             reported += u32::from(fit.visits().unwrap().log10_p < LOG10_SIGNIFICANCE);
             wide += u32::from(expanded(&fit) > 5.0 * expanded(&calm));
@@ -662,7 +662,7 @@ mod tests {
         for seed in 0..40 {
             let mut rows = session(10, &[1.0], 0.01, 5000 + seed, |_| 0.0);
             for row in &mut rows {
-                row.rate_rad_s += if row.visit == 3 { 0.2 } else { 0.0 };
+                row.reading += if row.visit == 3 { 0.2 } else { 0.0 };
                 row.visit = row.visit.div_ceil(2);
             }
             let fit = SessionFit::new(&rows).unwrap();

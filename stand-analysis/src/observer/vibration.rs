@@ -254,7 +254,7 @@ pub fn compensate(
 fn scatter(periods: &[Period], of: &dyn Fn(&Period) -> f64) -> Option<Uncertainty> {
     let row = |period: &Period| FitRow {
         time_s: period.t_s,
-        rate_rad_s: of(period),
+        reading: of(period),
         sign: 1,
         amplitude_rad_s: 1.0,
         regressors: vec![1.0],

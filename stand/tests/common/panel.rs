@@ -202,6 +202,20 @@ impl Page {
         begun.elapsed()
     }
 
+    /// Waits with beats until the job that an answer has started is over; its state.
+    pub fn finish(&mut self, started: &Value) -> Value {
+        self.until(|page| page.state["job"]["number"] == started["job"] && page.state["job"]["is_running"] == false, true);
+        self.state["job"].clone()
+    }
+
+    /// The same; the name of what the job made, which must have succeeded.
+    #[track_caller]
+    pub fn answer_of(&mut self, started: &Value) -> String {
+        let job = self.finish(started);
+        assert_eq!(job["error"], "", "{job}");
+        job["answer"].as_str().unwrap().to_owned()
+    }
+
     /// Takes the control and starts the drive at 5 rad/s.
     pub fn drive(&mut self, panel: &Panel) {
         self.say(TAKE);

@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
+use crate::common::copy_folder;
 use identification::identify::explain::{Explanation, Options, Verdict};
 use identification::identify::explain_logs::{LogExplanation, explain_together};
 use identification::model::Model;
@@ -50,19 +51,6 @@ fn started(lab: &str, student: &str, attempt: u32) -> (TempDir, Key) {
     copy_folder(&original, folder.path());
     let key = Key::read(&folder.path().join("teacher.key")).unwrap();
     (folder, key)
-}
-
-fn copy_folder(from: &Path, to: &Path) {
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let target = to.join(entry.file_name());
-        if entry.file_type().unwrap().is_dir() {
-            std::fs::create_dir(&target).unwrap();
-            copy_folder(&entry.path(), &target);
-        } else {
-            std::fs::copy(entry.path(), &target).unwrap();
-        }
-    }
 }
 
 fn answers(work: &Path) -> Answers {

@@ -167,11 +167,6 @@ fn record(panel: &Panel, page: &mut Page, seconds: f64, more: &Value) -> Value {
     panel.post("record", &request)
 }
 
-fn finish(page: &mut Page, number: &Value) -> Value {
-    page.until(|page| page.state["job"]["number"] == *number && page.state["job"]["is_running"] == false, true);
-    page.state["job"].clone()
-}
-
 #[test]
 fn recording_with_a_frozen_viewer_loses_no_row_and_unattended_needs_no_page() {
     let folder = folder();
@@ -185,7 +180,7 @@ fn recording_with_a_frozen_viewer_loses_no_row_and_unattended_needs_no_page() {
     assert_eq!(status, 409, "the stand is the recording's");
     drop(page);
     let mut other = panel.page();
-    let job = finish(&mut other, &started["job"]);
+    let job = other.finish(&started);
     assert_eq!((job["error"].as_str(), job["answer"].as_str()), (Some(""), Some("run-1.parquet")), "{job}");
     let log = Log::read(folder.path().join("panel/run-1.parquet")).unwrap();
     assert_eq!((log.len(), log.note("lost_rows")), (3000, Some("0")));
@@ -202,7 +197,7 @@ fn typed_stop_is_accepted_during_a_recording() {
     let started = record(&panel, &mut page, 3.0, &json!({"unattended": true}));
     let (status, answer) = panel.request("POST", "command", &json!({"client": page.client(), "line": "OUTP OFF"}).to_string());
     assert_eq!(status, 200, "{answer}");
-    finish(&mut page, &started["job"]);
+    page.finish(&started);
     page.until(|page| page.state["drive"]["mode"] == "OFF", false);
 }
 
@@ -214,7 +209,7 @@ fn recording_ends_with_the_lease_and_keeps_every_row_until_then() {
     let started = record(&panel, &mut page, 20.0, &json!({}));
     sleep_with_beats(&mut page, 1500 * MS);
     page.until(|page| page.is_off_with_fault() && page.state["job"]["is_running"] == false, false);
-    let job = finish(&mut page, &started["job"]);
+    let job = page.finish(&started);
     assert!(job["error"].as_str().unwrap().contains("run-1.parquet"), "{job}");
     let log = Log::read(folder.path().join("panel/run-1.parquet")).unwrap();
     assert!(log.len() > 1500 && log.note("lost_rows") == Some("0"), "{} {:?}", log.len(), log.note("lost_rows"));
@@ -226,18 +221,18 @@ fn loop_finds_a_hidden_effect_and_its_files_are_those_of_the_command_line() {
     let panel = Panel::new(folder.path(), &["--hidden", "cogging"]);
     let mut page = panel.page();
     let started = record(&panel, &mut page, 10.0, &json!({"find_index": true}));
-    let log = finish(&mut page, &started["job"])["answer"].as_str().unwrap().to_owned();
+    let log = page.answer_of(&started);
     let words = json!({"log": log, "model": "model.toml"});
     let worst = |page: &mut Page, fit: bool| {
         let mut words = words.clone();
         words["fit"] = fit.into();
-        let job = finish(page, &panel.post("compare", &words)["job"]);
+        let job = page.finish(&panel.post("compare", &words));
         assert_eq!(job["error"], "", "{job}");
         let answer = panel.request("GET", &format!("answer?name={}", job["answer"].as_str().unwrap()), "").1;
         answer["outputs"].as_object().unwrap().values().map(|output| output["ratio"].as_f64().unwrap()).fold(0.0, f64::max)
     };
     let before = worst(&mut page, true);
-    let job = finish(&mut page, &panel.post("explain", &words)["job"]);
+    let job = page.finish(&panel.post("explain", &words));
     let answer = panel.request("GET", &format!("answer?name={}", job["answer"].as_str().unwrap()), "").1;
     assert_eq!((answer["verdict"].as_str(), answer["missing"][0].as_str()), (Some("effect-found"), Some("cogging")), "{job}");
     panel.post("model", &json!({"name": "model.toml", "add": "cogging"}));
@@ -304,7 +299,7 @@ fn log_of_another_program_is_uploaded_mapped_by_consent_and_compared() {
     for (a, b) in own.column("omega_rad_s").unwrap().iter().zip(imported.column("omega_rad_s").unwrap()) {
         assert!((a - b).abs() < 1e-9 * a.abs().max(1.0), "{a} {b}");
     }
-    let job = finish(&mut page, &panel.post("compare", &json!({"log": "fremd.txt", "model": "model.toml"}))["job"]);
+    let job = page.finish(&panel.post("compare", &json!({"log": "fremd.txt", "model": "model.toml"})));
     assert_eq!(job["error"], "");
     let answer = panel.request("GET", &format!("answer?name={}", job["answer"].as_str().unwrap()), "").1;
     let rate = &answer["profiles"]["omega_rad_s"];
@@ -386,7 +381,7 @@ fn explanation_is_cancelled_within_seconds_and_the_next_job_starts() {
     let panel = Panel::new(folder.path(), &["--hidden", "cogging"]);
     let mut page = panel.page();
     let started = record(&panel, &mut page, 20.0, &json!({}));
-    let log = finish(&mut page, &started["job"])["answer"].clone();
+    let log = page.answer_of(&started);
     let words = json!({"log": log, "model": "model.toml"});
     let started = panel.post("explain", &words);
     let (status, _) = panel.request("POST", "compare", &words.to_string());
@@ -394,11 +389,11 @@ fn explanation_is_cancelled_within_seconds_and_the_next_job_starts() {
     std::thread::sleep(300 * MS);
     panel.post("cancel", &json!({}));
     let begun = Instant::now();
-    let job = finish(&mut page, &started["job"]);
+    let job = page.finish(&started);
     assert!(job["error"] == "" && job["is_cancelled"] == true, "{job}");
     assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
     let started = panel.post("compare", &words);
-    assert_eq!(finish(&mut page, &started["job"])["error"], "");
+    page.answer_of(&started);
 }
 
 #[test]
@@ -462,13 +457,13 @@ fn signature_of_an_effect_is_what_it_explains_of_the_residual() {
     let panel = Panel::new(folder.path(), &["--hidden", "cogging"]);
     let mut page = panel.page();
     let started = record(&panel, &mut page, 10.0, &json!({"find_index": true}));
-    let log = finish(&mut page, &started["job"])["answer"].as_str().unwrap().to_owned();
+    let log = page.answer_of(&started);
     let session = folder.path().join("panel");
     let model = std::fs::read_to_string(session.join("model.toml")).unwrap();
     let starts = json!({"cogging_order": 8.0});
     let signature = |page: &mut Page, effect: &str, parameters: &Value| {
         let words = json!({"log": log, "model": "model.toml", "effect": effect, "parameters": parameters});
-        let job = finish(page, &panel.post("signature", &words)["job"]);
+        let job = page.finish(&panel.post("signature", &words));
         assert_eq!(job["error"], "", "{job}");
         panel.request("GET", &format!("answer?name={}", job["answer"].as_str().unwrap()), "").1
     };

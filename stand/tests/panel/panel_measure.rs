@@ -23,24 +23,17 @@ fn take(page: &mut Page) {
     page.until(|page| page.state["driver"] == page.state["client"], true);
 }
 
-fn finish(page: &mut Page, started: &Value) -> Value {
-    page.until(|page| page.state["job"]["number"] == started["job"] && page.state["job"]["is_running"] == false, true);
-    page.state["job"].clone()
-}
-
 /// Answer of a job that has succeeded.
 fn answer(panel: &Panel, page: &mut Page, path: &str, body: &Value) -> Value {
     let started = panel.post(path, body);
-    let job = finish(page, &started);
-    assert_eq!(job["error"], "", "{job}");
-    panel.request("GET", &format!("answer?name={}", job["answer"].as_str().unwrap()), "").1
+    panel.request("GET", &format!("answer?name={}", page.answer_of(&started)), "").1
 }
 
 /// A panel on a stand with cogging, whose model has it, fitted to a log.
 fn fitted(panel: &Panel, page: &mut Page) -> String {
     take(page);
     let request = json!({"client": page.client(), "profile": "multi-step", "mode": "rate", "amplitude": 15.0, "seconds": 10.0, "seed": 1, "find_index": true});
-    let log = finish(page, &panel.post("record", &request))["answer"].as_str().unwrap().to_owned();
+    let log = page.answer_of(&panel.post("record", &request));
     panel.post("model", &json!({"name": "model.toml", "add": "cogging"}));
     // The order of the hidden effect, as `explain` finds it; amplitude and phase are fitted.
     panel.post("model", &json!({"name": "model.toml", "set": {"cogging_order": 8.0}}));
@@ -75,7 +68,7 @@ fn learnt_cogging_is_compensated_and_the_ripple_falls() {
     page.until(|page| page.state["drive"]["is_on"] == true, true);
     page.say(STOP);
     page.until(Page::is_off_with_fault, true);
-    let job = finish(&mut page, &started);
+    let job = page.finish(&started);
     assert!(job["error"].as_str().unwrap().contains("previous compensation is in force"), "{job}");
     take(&mut page);
     page.command(&panel, "FAULt:CLEar");
@@ -85,7 +78,7 @@ fn learnt_cogging_is_compensated_and_the_ripple_falls() {
     let started = panel.post("compensate", &of(client));
     page.until(|page| page.state["drive"]["is_on"] == true, true);
     panel.post("cancel", &json!({}));
-    let job = finish(&mut page, &started);
+    let job = page.finish(&started);
     assert!(job["error"].as_str().unwrap().contains("the compensation was not changed"), "{job}");
     page.until(|page| page.state["drive"]["is_on"] == false && page.state["drive"]["fault"] == "", true);
 
@@ -114,7 +107,7 @@ fn stop_after_the_change_restores_the_previous_compensation() {
     }
     page.until(|page| in_force(&panel, page) != before, true);
     page.say(STOP);
-    let job = finish(&mut page, &started);
+    let job = page.finish(&started);
     assert!(job["error"].as_str().unwrap().contains("previous compensation is in force"), "{job}");
     assert_eq!(in_force(&panel, &page), before);
 }
@@ -126,7 +119,7 @@ fn allan_deviation_of_a_still_log_is_that_of_the_command() {
     let mut page = panel.page();
     take(&mut page);
     let request = json!({"client": page.client(), "profile": "constant", "mode": "voltage", "amplitude": 0.0, "seconds": 5.0});
-    let log = finish(&mut page, &panel.post("record", &request))["answer"].as_str().unwrap().to_owned();
+    let log = page.answer_of(&panel.post("record", &request));
     let columns = panel.request("GET", &format!("columns?name={log}"), "").1;
     assert!(columns["columns"].as_array().unwrap().contains(&json!("supply_V")), "{columns}");
     let found = answer(&panel, &mut page, "allan", &json!({"log": log, "column": "supply_V"}));
@@ -151,7 +144,7 @@ fn allan_deviation_of_a_still_log_is_that_of_the_command() {
     assert!(commands.contains(&format!("stand allan {log} --column supply_V")), "{commands}");
     let (status, refused) = panel.request("POST", "allan", &json!({"log": log, "column": "absent\u{1b}"}).to_string());
     assert_eq!(status, 200, "{refused}");
-    assert!(finish(&mut page, &refused)["error"].as_str().unwrap().lines().count() == 1);
+    assert!(page.finish(&refused)["error"].as_str().unwrap().lines().count() == 1);
 }
 
 #[test]
@@ -163,7 +156,7 @@ fn simulated_drift_session_measures_the_drift_and_its_log_gives_it_again() {
     let started = panel.post("drift", &request);
     page.until(|page| page.state["job"]["stage"]["kind"] == "visit", false);
     panel.post("cancel", &json!({}));
-    let job = finish(&mut page, &started);
+    let job = page.finish(&started);
     assert_eq!((&job["error"], &job["is_cancelled"]), (&"".into(), &true.into()));
     let found = answer(&panel, &mut page, "drift", &request);
     let own = &found["quantities"][0];
@@ -205,7 +198,7 @@ fn simulated_calibration_session_writes_the_record_of_the_command() {
     page.until(|page| page.state["job"]["stage"]["number"].as_u64() >= Some(2), false);
     panel.post("cancel", &json!({}));
     let begun = Instant::now();
-    let job = finish(&mut page, &started);
+    let job = page.finish(&started);
     assert!(job["error"].as_str().unwrap().contains("--out calibrate-1 --resume") && begun.elapsed() < Duration::from_secs(10), "{job}");
     let found = answer(&panel, &mut page, "calibrate", &request);
     assert_eq!(found["folder"], "calibrate-2");
@@ -248,7 +241,7 @@ fn cancel_acts_during_the_search_of_the_index() {
     page.until(|page| page.state["drive"]["is_on"] == true, true);
     panel.post("cancel", &json!({}));
     let begun = Instant::now();
-    let job = finish(&mut page, &started);
+    let job = page.finish(&started);
     assert!(job["is_cancelled"] == true && job["error"].as_str().unwrap().contains("interrupted by the user"), "{job}");
     assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
     page.until(|page| page.state["drive"]["is_on"] == false, true);

@@ -160,7 +160,7 @@ fn kinds() -> BTreeMap<String, BTreeSet<String>> {
         ("stopped", of_enum(stage, "pub enum StopReason {")),
         ("fate", of_names(&format!("{report}/explanation/evidence.rs"), "pub fn name(self)")),
         ("strength", of_names(&format!("{report}/explanation/evidence.rs"), "pub fn strength(")),
-        ("verdict", of_names("identification/src/identify/explain/answer.rs", "pub fn name(self)")),
+        ("verdict", of_names("identification/src/identify/explain/answer/mod.rs", "pub fn name(self)")),
         ("coordinate", of_names("drive-model/src/coordinate.rs", "pub fn name(self)")),
         ("with", of_names("drive-model/src/coordinate.rs", "pub fn name(self)")),
         ("drift_parts", of_names(&format!("{report}/drift/words.rs"), "fn setup_part_kind(")),

@@ -55,6 +55,8 @@ pub struct Belief {
     pub rivals: Vec<String>,
     /// The name says that it is a quantity of the motor.
     pub(super) of_motor: bool,
+    /// It is a voltage that was asked for: the motor's, if no other column is.
+    pub(super) is_voltage_setpoint: bool,
     /// Words of the name without its unit: `timestamp` says more clearly what it is than `timestamp_sample`.
     pub(super) words: usize,
 }
@@ -93,6 +95,7 @@ pub fn beliefs(table: &Table) -> Vec<Belief> {
                     alternatives: Vec::new(),
                     rivals: Vec::new(),
                     of_motor: false,
+                    is_voltage_setpoint: false,
                     words: 0,
                 };
             }
@@ -142,6 +145,7 @@ fn by_name(name: &str, unit_row: &str, is_date: bool) -> Belief {
         alternatives: Vec::new(),
         rivals: Vec::new(),
         of_motor: named.of_motor,
+        is_voltage_setpoint: false,
         words: names::words(&base).len(),
     };
     if is_date {
@@ -167,7 +171,9 @@ fn by_name(name: &str, unit_row: &str, is_date: bool) -> Belief {
     match (target, unit) {
         (Some("omega_rad_s"), unit) if named.setpoint => setpoint(belief(Some("rate_cmd_rad_s"), None, Evidence::NameAndUnit), unit),
         (Some("theta_rad"), unit) if named.setpoint => setpoint(belief(Some("theta_cmd_rad"), None, Evidence::NameAndUnit), unit),
-        (Some("u_V"), unit) if named.setpoint => setpoint(belief(Some(VOLTAGE_SETPOINT), None, Evidence::NameAndUnit), unit),
+        (Some("u_V"), unit) if named.setpoint => {
+            Belief { is_voltage_setpoint: true, ..setpoint(belief(None, None, Evidence::NameAndUnit), unit) }
+        }
         (Some(_), _) if named.setpoint => belief(None, None, Evidence::Unknown),
         (Some(target), Some(unit)) => belief(Some(target), Some(unit), Evidence::NameAndUnit),
         (Some(target), None) => belief(Some(target), quantity_of(target).map(Unit::si), Evidence::NameOnly),
@@ -175,9 +181,6 @@ fn by_name(name: &str, unit_row: &str, is_date: bool) -> Belief {
         (None, _) => belief(None, None, Evidence::Unknown),
     }
 }
-
-/// Stands for a voltage that was asked for, until it is known whether there is a measured one.
-const VOLTAGE_SETPOINT: &str = "voltage setpoint";
 
 fn setpoint(belief: Belief, unit: Option<Unit>) -> Belief {
     let quantity = belief.target.as_deref().and_then(quantity_of).unwrap_or(Quantity::Voltage);
@@ -188,7 +191,7 @@ fn setpoint(belief: Belief, unit: Option<Unit>) -> Belief {
 /// A voltage that was asked for is the motor's, if no other column is.
 fn voltage_setpoint(list: &mut [Belief]) {
     let has_voltage = list.iter().any(|b| b.target.as_deref() == Some("u_V"));
-    for belief in list.iter_mut().filter(|b| b.target.as_deref() == Some(VOLTAGE_SETPOINT)) {
+    for belief in list.iter_mut().filter(|b| b.is_voltage_setpoint) {
         if has_voltage {
             (belief.target, belief.unit, belief.evidence) = (None, None, Evidence::Unknown);
         } else {

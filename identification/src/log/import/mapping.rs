@@ -192,6 +192,7 @@ pub fn beliefs(
                 alternatives: Vec::new(),
                 rivals: Vec::new(),
                 of_motor: false,
+                is_voltage_setpoint: false,
                 words: 0,
             };
             table.columns.iter().map(|c| belief(&c.name)).collect()

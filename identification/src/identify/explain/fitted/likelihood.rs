@@ -123,21 +123,21 @@ impl Whitener {
         }
     }
 
-    /// Information of the fitted rows about the unknowns, each channel weighted by its whitened variance: the parameters first, then the
-    /// initial states of each segment. A square of an unknown times its element is the expected gain (twice the logarithm of the likelihood
-    /// ratio). And a gradient for each of the `changes` of the readings (by channel and row, filtered by this whitener): the information
-    /// times the unknowns that imitate the change best.
+    /// Information of the fitted rows about the unknowns, by each of the `views` of one simulation.
     pub fn information(
-        &self,
         system: &System,
         parameters: &Parameters,
         starts: &InitialStates,
         data: &PreparedLog,
-        (log_rows, changes): (&[Range<usize>], &[Vec<Vec<f64>>]),
-    ) -> (DMatrix<f64>, Vec<DVector<f64>>) {
-        let products = self.products::<MAX_UNKNOWNS>(system, parameters, starts, data, (log_rows, changes));
-        let (information, _, gradients) = self.equations(&products);
-        (information, gradients)
+        log_rows: &[Range<usize>],
+        views: &[View],
+    ) -> Vec<(DMatrix<f64>, Vec<DVector<f64>>)> {
+        let products = products::<MAX_UNKNOWNS>(system, parameters, starts, data, log_rows, views);
+        let of_view = |(view, products): (&View, &Products<MAX_UNKNOWNS>)| {
+            let (information, _, gradients) = view.whitener.equations(products);
+            (information, gradients)
+        };
+        views.iter().zip(&products).map(of_view).collect()
     }
 
     /// Residuals by channel at the unknowns that are best for the whitened residuals, by one step of the linear model; NaN where a row is
@@ -151,7 +151,8 @@ impl Whitener {
         data: &PreparedLog,
         log_rows: &[Range<usize>],
     ) -> Option<Vec<Vec<f64>>> {
-        let steps = self.steps(&self.products::<MAX_UNKNOWNS>(system, parameters, starts, data, (log_rows, &[])))?;
+        let products = products::<MAX_UNKNOWNS>(system, parameters, starts, data, log_rows, &[self.view()]);
+        let steps = self.steps(products.first()?)?;
         let rig = system.rig::<Dual<MAX_UNKNOWNS>>(parameters, data.driven);
         let mut residuals = vec![vec![f64::NAN; data.len()]; self.filters.len()];
         for (segment, (rows, step)) in data.segments.iter().zip(&steps).enumerate() {
@@ -167,64 +168,9 @@ impl Whitener {
         Some(residuals)
     }
 
-    /// Sums of products of the whitened residuals of a model and their derivatives, and of filtered `changes` of the readings and the
-    /// derivatives.
-    fn products<const N: usize>(
-        &self,
-        system: &System,
-        parameters: &Parameters,
-        starts: &InitialStates,
-        data: &PreparedLog,
-        (log_rows, changes): (&[Range<usize>], &[Vec<Vec<f64>>]),
-    ) -> Products<N>
-    where
-        Dual<N>: FitScalar,
-    {
-        let rig = system.rig::<Dual<N>>(parameters, data.driven);
-        let free = parameters.free().len();
-        let lanes = free + starts.kinds.len();
-        let mut cells: Vec<SumsOfProducts<N>> = Vec::new();
-        let mut keys: Vec<Key> = Vec::new();
-        for (segment, rows) in data.segments.iter().enumerate() {
-            let Some(log) = log_rows.iter().position(|l| l.contains(&rows.start)) else { continue };
-            let first = cells.len();
-            for channel in 0..self.filters.len() {
-                for held_out in [false, true] {
-                    cells.push(SumsOfProducts::new(changes.len()));
-                    keys.push(Key { channel, log, held_out, segment });
-                }
-            }
-            let mut past: Vec<VecDeque<(f64, [f64; N])>> = vec![VecDeque::new(); self.filters.len()];
-            run(&rig, data, segment, (&starts.kinds, &starts.values[segment]), free, &mut |c, row, value: &Dual<N>| {
-                let filter = &self.filters[c];
-                if !(row - rows.start).is_multiple_of(filter.stride) {
-                    return true;
-                }
-                let Some(target) = data.target(c, row, rows.start).filter(|_| value.re.is_finite()) else { return true };
-                let residual = target - value.re;
-                let slopes = value.slopes;
-                let p = filter.coefficients.len();
-                let queue = &mut past[c];
-                if queue.len() >= p {
-                    let (mut e, mut d) = (residual, slopes);
-                    for (a, (r, s)) in filter.coefficients.iter().zip(queue.iter().rev()) {
-                        e -= a * r;
-                        for n in 0..N {
-                            d[n] -= a * s[n];
-                        }
-                    }
-                    cells[first + 2 * c + usize::from(data.held_out(row))].add(e, &d, changes.iter().map(|change| change[c][row]));
-                }
-                if p > 0 {
-                    if queue.len() == p {
-                        queue.pop_front();
-                    }
-                    queue.push_back((residual, slopes));
-                }
-                true
-            });
-        }
-        Products { cells, keys, free, lanes, segments: data.segments.len(), changes: changes.len() }
+    /// The residuals through this filter, without changes of the readings.
+    fn view(&self) -> View<'_> {
+        View { whitener: self, changes: &[] }
     }
 
     fn sums_in<const N: usize>(
@@ -238,7 +184,7 @@ impl Whitener {
     where
         Dual<N>: FitScalar,
     {
-        let products = self.products::<N>(system, parameters, starts, data, (log_rows, &[]));
+        let products = products::<N>(system, parameters, starts, data, log_rows, &[self.view()]).remove(0);
         let steps = self.steps(&products);
         let mut fitted = vec![vec![(0.0, 0.0); log_rows.len()]; self.filters.len()];
         let mut held_out = fitted.clone();
@@ -294,6 +240,92 @@ impl Whitener {
 
 /// Relative increase of the diagonal of the normal equations, so that their factorisation exists.
 const RIDGE: f64 = 1e-9;
+
+/// What is summed of a simulation. With a gradient for each of the `changes` of the readings (by channel and row, filtered by the whitener): the
+/// information times the unknowns that imitate the change best.
+#[derive(Clone, Copy)]
+pub struct View<'w> {
+    /// The filter. Each channel is weighted by its whitened variance.
+    pub whitener: &'w Whitener,
+    /// Changes of the readings.
+    pub changes: &'w [Vec<Vec<f64>>],
+}
+
+/// The last rows of a channel, which its filter needs: residual and derivatives.
+type Past<const N: usize> = VecDeque<(f64, [f64; N])>;
+
+impl View<'_> {
+    /// Adds a row of a channel to its sums.
+    fn add<const N: usize>(
+        &self,
+        (channel, row): (usize, usize),
+        residual: f64,
+        slopes: [f64; N],
+        past: &mut Past<N>,
+        sums: &mut SumsOfProducts<N>,
+    ) {
+        let coefficients = &self.whitener.filters[channel].coefficients;
+        let p = coefficients.len();
+        if past.len() >= p {
+            let (mut e, mut d) = (residual, slopes);
+            for (a, (r, s)) in coefficients.iter().zip(past.iter().rev()) {
+                e -= a * r;
+                for n in 0..N {
+                    d[n] -= a * s[n];
+                }
+            }
+            sums.add(e, &d, self.changes.iter().map(|change| change[channel][row]));
+        }
+        if p > 0 {
+            if past.len() == p {
+                past.pop_front();
+            }
+            past.push_back((residual, slopes));
+        }
+    }
+}
+
+/// Sums of products of the whitened residuals of a model and their derivatives, and of filtered changes of the readings and the derivatives, by
+/// each of the `views`.
+fn products<const N: usize>(
+    system: &System,
+    parameters: &Parameters,
+    starts: &InitialStates,
+    data: &PreparedLog,
+    log_rows: &[Range<usize>],
+    views: &[View],
+) -> Vec<Products<N>>
+where
+    Dual<N>: FitScalar,
+{
+    let rig = system.rig::<Dual<N>>(parameters, data.driven);
+    let free = parameters.free().len();
+    let (lanes, segments, channels) = (free + starts.kinds.len(), data.segments.len(), data.channels.len());
+    let empty = |view: &View| Products { cells: Vec::new(), keys: Vec::new(), free, lanes, segments, changes: view.changes.len() };
+    let mut products: Vec<Products<N>> = views.iter().map(empty).collect();
+    for (segment, rows) in data.segments.iter().enumerate() {
+        let Some(log) = log_rows.iter().position(|l| l.contains(&rows.start)) else { continue };
+        let first = products.first().map_or(0, |products| products.cells.len());
+        for products in &mut products {
+            for (channel, held_out) in (0..channels).flat_map(|channel| [(channel, false), (channel, true)]) {
+                products.cells.push(SumsOfProducts::new(products.changes));
+                products.keys.push(Key { channel, log, held_out, segment });
+            }
+        }
+        let mut past: Vec<Vec<Past<N>>> = vec![vec![VecDeque::new(); channels]; views.len()];
+        run(&rig, data, segment, (&starts.kinds, &starts.values[segment]), free, &mut |c, row, value: &Dual<N>| {
+            let Some(target) = data.target(c, row, rows.start).filter(|_| value.re.is_finite()) else { return true };
+            let cell = first + 2 * c + usize::from(data.held_out(row));
+            for ((view, products), past) in views.iter().zip(&mut products).zip(&mut past) {
+                if (row - rows.start).is_multiple_of(view.whitener.filters[c].stride) {
+                    view.add((c, row), target - value.re, value.slopes, &mut past[c], &mut products.cells[cell]);
+                }
+            }
+            true
+        });
+    }
+    products
+}
 
 /// Rows to which sums of products belong.
 struct Key {

@@ -25,7 +25,7 @@ use crate::identify::explain::candidates::screen::critical_gain;
 use crate::identify::explain::candidates::trials::{self, Starts};
 use crate::identify::explain::criteria::DetectionCriteria;
 use crate::identify::explain::fitted::FittedModel;
-use crate::identify::explain::fitted::likelihood::Whitener;
+use crate::identify::explain::fitted::likelihood::{View, Whitener};
 use crate::identify::explain::fitted::trial::Trial;
 use crate::identify::explain::verdict::outcome::Outcome;
 use crate::identify::fit::simulate::run;
@@ -219,14 +219,16 @@ fn standard_errors(
         .collect();
     let states = model.initial_states_for(&system, &parameters, data);
     let free = parameters.free();
-    let information = |whitener: &Whitener, by_courses: &[Vec<Vec<f64>>]| {
-        let (all, gradients) = whitener.information(&system, &parameters, &states, data, (model.context.log_rows, by_courses));
+    // The search screens, and judges the course, by the fit to the residuals themselves.
+    let unfiltered = Whitener::plain(data.channels.len());
+    let views = [View { whitener, changes: &[] }, View { whitener: &unfiltered, changes: &readings.by_courses }];
+    let both = Whitener::information(&system, &parameters, &states, data, model.context.log_rows, &views);
+    let of_view = |(all, gradients): (DMatrix<f64>, Vec<DVector<f64>>)| {
         let of_model: Vec<usize> = (0..own).chain(free.len()..all.nrows()).collect();
         Information::new(all, gradients, of_model)
     };
-    // The search screens, and judges the course, by the fit to the residuals themselves.
-    let plain = information(&Whitener::plain(data.channels.len()), &readings.by_courses);
-    let Some((whitened, plain)) = information(whitener, &[]).zip(plain) else { return Vec::new() };
+    let mut both = both.into_iter().map(of_view);
+    let (Some(Some(whitened)), Some(Some(plain))) = (both.next(), both.next()) else { return Vec::new() };
     let min_identifiable = model.context.criteria.screening.min_identifiable_fraction;
     let sigma = |range: &std::ops::Range<usize>| -> Option<Sigma> {
         let lanes: Vec<usize> = (0..free.len()).filter(|&lane| range.contains(&free[lane])).collect();
