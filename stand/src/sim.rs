@@ -67,6 +67,9 @@ pub(super) struct Sim {
     axes: Option<u8>,
     #[command(flatten)]
     profile: ProfileOptions,
+    /// Multiple of real time at which the served stand runs, 0.1 to 5: timeouts and the rate of the line scale with it
+    #[arg(long, value_name = "FACTOR", requires = "serve", conflicts_with = "out", default_value_t = 1.0, hide_default_value = true)]
+    speed: f64,
     /// Duration of the log, s [default: 30]; of a served stand: time until it ends [default: until Ctrl-C]
     #[arg(long, allow_negative_numbers = true)]
     seconds: Option<f64>,
@@ -181,6 +184,7 @@ impl Sim {
                 link: self.link.as_deref(),
                 flash: self.flash.as_deref(),
                 gyroscope: self.gyro.as_ref().map(|file| file.as_deref()),
+                speed: self.speed,
                 seconds: self.seconds,
                 hidden: self.hidden.as_deref(),
                 reveal: self.reveal,

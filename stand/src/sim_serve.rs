@@ -39,6 +39,8 @@ pub(super) struct ServeOptions<'a> {
     pub flash: Option<&'a Path>,
     /// A gyroscope is connected; its file.
     pub gyroscope: Option<Option<&'a Path>>,
+    /// Multiple of real time at which it runs.
+    pub speed: f64,
     /// Time until the stand ends, s.
     pub seconds: Option<f64>,
     /// Effect that the stand's model lacks.
@@ -77,6 +79,9 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
 
     /// Angle of the platform at power-on, rad: not at the index, as on most stands.
     const START_ANGLE_RAD: f64 = -2.0;
+    /// Slowest and fastest stand, multiples of real time. A host gives a sign of life every 0.2 s, and the stand waits 2 s of its time for it.
+    const MIN_SPEED: f64 = 0.1;
+    const MAX_SPEED: f64 = 5.0;
     /// Sectors of the settings in the chip's flash (memory.x).
     const SETTINGS: std::ops::Range<usize> = 0x4000..0xC000;
 
@@ -88,6 +93,9 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         }
         seconds => seconds.map_or(Duration::MAX, Duration::from_secs_f64),
     };
+    if !(MIN_SPEED..=MAX_SPEED).contains(&options.speed) {
+        return Err(CliError::Input(format!("--speed: {} is outside {MIN_SPEED} … {MAX_SPEED}", options.speed)));
+    }
     let kept = match options.flash {
         None => None,
         Some(path) => {
@@ -103,7 +111,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     let lag_s = std::cell::Cell::new(0.0);
     let mut lagged = |lag: Duration| {
         if lag_s.replace(lag_s.get() + lag.as_secs_f64()) == 0.0 {
-            eprintln!("stand: the computer is too slow for real time; the simulated clock lags");
+            eprintln!("stand: the computer is too slow; the simulated clock lags");
         }
     };
     let report_lag = || {
@@ -139,7 +147,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         }
         let interrupts = Interrupts::install()?;
         let mut line = open()?;
-        let served = serve_chip(&mut machine, &mut line, &|now| ended(&interrupts, now), &mut lagged);
+        let served = serve_chip(&mut machine, &mut line, options.speed, &|now| ended(&interrupts, now), &mut lagged);
         report_lag();
         if let (Some(path), Some(sectors)) = (options.flash, machine.soc.flash.bytes().get(SETTINGS)) {
             files::replace(path, |out| out.write_all(sectors)).map_err(|e| CliError::file(path, "write", &e))?;
@@ -159,7 +167,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     }
     let interrupts = Interrupts::install()?;
     let mut line = open()?;
-    let served = serve(&controller, &mut line, &|now| ended(&interrupts, now), &mut lagged);
+    let served = serve(&controller, &mut line, options.speed, &|now| ended(&interrupts, now), &mut lagged);
     report_lag();
     if let Some(path) = options.flash {
         files::replace(path, |out| out.write_all(controller.into_flash().bytes())).map_err(|e| CliError::file(path, "write", &e))?;

@@ -28,7 +28,7 @@ pub const REPLY_TIMEOUT: Duration = Duration::from_millis(1500);
 /// Time without data after which the line counts as quiet.
 const QUIET_TIME: Duration = Duration::from_millis(20);
 /// Interval of the signs of life; the stand waits for [`stand_firmware::supervision::HOST_TIMEOUT_S`].
-const ALIVE_INTERVAL: Duration = Duration::from_millis(500);
+const ALIVE_INTERVAL: Duration = Duration::from_millis(200);
 /// Longest wait for a reply when the link ends.
 const CLOSE_TIMEOUT: Duration = Duration::from_millis(300);
 /// Part of a stand's reply to `*IDN?`.
@@ -184,7 +184,7 @@ impl SerialLink {
         self.is_interrupted = is_interrupted;
     }
 
-    /// Gives a [`sign`] if the last one is half a second old. Every wait of the link calls it.
+    /// Gives a [`sign`] if the last one is a fifth of a second old. Every wait of the link calls it.
     ///
     /// # Errors
     /// The port was disconnected.

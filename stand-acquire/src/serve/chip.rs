@@ -21,17 +21,18 @@ pub enum ServeChipError {
     Halt(#[from] Halt),
 }
 
-/// Serves until `ends`, called every millisecond, returns true. `skipped` receives each time skipped because the computer was too slow.
+/// Serves at `speed` times real time until `ends`, called every millisecond, returns true. `skipped` receives each time skipped because the computer was too slow.
 ///
 /// # Errors
 /// The line failed, or the chip halted.
 pub fn serve_chip(
     machine: &mut Machine<'_>,
     line: &mut ServedLine,
+    speed: f64,
     ends: &dyn Fn(Duration) -> bool,
     skipped: &mut dyn FnMut(Duration),
 ) -> Result<(), ServeChipError> {
-    let mut pace = Pacer::new(Instant::now());
+    let mut pace = Pacer::new(Instant::now(), speed);
     let mut from_client = Vec::new();
     loop {
         let to: Time = machine.now() + PER_MS;

@@ -1,4 +1,4 @@
-//! The simulated controller in real time, with its serial line at a pseudo-terminal or a TCP port.
+//! The simulated controller in real time, or a multiple of it, with its serial line at a pseudo-terminal or a TCP port.
 //!
 //! Before each step of the virtual clock, bytes are exchanged between the client and the simulated line, then real time is awaited. The
 //! byte timing of the line is in virtual time, so a client sees 921 600 baud.
@@ -24,17 +24,18 @@ pub enum ServeError {
     Controller(#[from] ControllerError),
 }
 
-/// Serves until `ends`, called every millisecond, returns true. `skipped` receives each time skipped because the computer was too slow.
+/// Serves at `speed` times real time until `ends`, called every millisecond, returns true. `skipped` receives each time skipped because the computer was too slow.
 ///
 /// # Errors
 /// The line or the controller failed.
 pub fn serve(
     controller: &Controller<'_>,
     line: &mut ServedLine,
+    speed: f64,
     ends: &dyn Fn(Duration) -> bool,
     skipped: &mut dyn FnMut(Duration),
 ) -> Result<(), ServeError> {
-    let mut pace = Pacer::new(Instant::now());
+    let mut pace = Pacer::new(Instant::now(), speed);
     let (mut from_stand, mut from_client) = (Vec::new(), Vec::new());
     let failed = RefCell::new(None);
     let over = std::cell::Cell::new(false);

@@ -52,7 +52,7 @@ fn run(stand: &Stand, seed: u64, line: &mut ServedLine, ended: &AtomicBool) -> R
     let clock = VirtualClock::default();
     let plant = Plant::new(stand, START_ANGLE_RAD).map_err(|error| error.to_string())?;
     let controller = Controller::new(&clock, &stand.setup(), plant, flash(seed), seed).map_err(|error| error.to_string())?;
-    serve(&controller, line, &|_| ended.load(Ordering::Relaxed), &mut |_| {}).map_err(|error| error.to_string())
+    serve(&controller, line, 1.0, &|_| ended.load(Ordering::Relaxed), &mut |_| {}).map_err(|error| error.to_string())
 }
 
 impl Drop for SimulatedStand {

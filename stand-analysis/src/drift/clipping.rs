@@ -1,7 +1,7 @@
 //! Clipped cycles: the angle does not follow the current of the torquer.
 //!
-//! Input: the angles of a cycle and the currents between them. Output: a [`Clipping`], or `None`. Between the pulses' edges the angle is a
-//! + b t + g ∫i dt with the torquer's gain g = K_m/H. Two tests: g over the whole cycle against the known K_m/H (the reference against the
+//! Input: the angles of a cycle and the currents between them. Output: a [`Clipping`], or `None`. Between the pulses' edges the angle is
+//! a + b t + g ∫i dt with the torquer's gain g = K_m/H. Two tests: g over the whole cycle against the known K_m/H (the reference against the
 //! unswitched integral), and the slope of the angle over ∫i dt in a window at an end of its range against the windows of the other half of
 //! the swing, whose scatter gives the noise of a slope (Student's t, both flanks together). A sensor at the end of its range shows a flat
 //! top: a top of the height f of the swing changes the drift by f² of itself, and f from 2 % on is found where the noise permits.

@@ -449,8 +449,8 @@ mod tests {
     }
 
     /// §2.3, the table of the rigid body. Its mean settles with the precession's slow damping, so that the last digits of the printed means
-    /// depend on where averaging begins: 2e-4; what a correction takes off is a ratio of means over the same rows: 0.1 % where it is near
-    /// 100. Theory's observers are continuous: ours run at 0.1 ms here.
+    /// depend on where averaging begins: 2e-4; what a correction takes off is a ratio of means over the same rows: 0.1 % where it is
+    /// near 100. Theory's observers are continuous: ours run at 0.1 ms here.
     #[test]
     fn what_the_correction_takes_off_is_what_theory_says() {
         #[rustfmt::skip]

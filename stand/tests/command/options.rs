@@ -30,7 +30,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 122] = [
+const WORDS: [(&str, Check); 123] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -122,6 +122,22 @@ const WORDS: [(&str, Check); 122] = [
         assert_eq!(two.note("seed"), Some("2"));
     }),
     ("sim --json", |f| json_in_both_places(f, &["sim", "--out", "s.csv", "--force", "--seconds", "0.1"])),
+    #[cfg(unix)]
+    ("sim --speed", |f| {
+        for bad in ["0", "6", "nan"] {
+            let refused = stand(f, &["sim", "--serve", "pty", "--speed", bad]);
+            assert!(refused.status == Some(2) && refused.err.contains("--speed"), "{}", refused.err);
+        }
+        // Four seconds of the board.
+        let seconds = |speed: &str| {
+            let one = Served::new(f, &["--speed", speed]);
+            let begun = std::time::Instant::now();
+            stand(f, &["record", "--port", &one.port, "--out", "s.csv", "--force", "--seconds", "4"]).succeeded();
+            begun.elapsed().as_secs_f64()
+        };
+        let (usual, fast) = (seconds("1"), seconds("5"));
+        assert!(usual > 4.0 && fast < usual - 1.0, "{usual} {fast}");
+    }),
     #[cfg(unix)]
     ("sim --chip", |f| {
         // With an image: serial_line.rs.

@@ -189,7 +189,7 @@ fn stand_behind_a_port_keeps_a_drives_result() {
         dwell_s = 0.4\nseconds = 8.0\n";
     std::fs::write(path.join("s.toml"), session).unwrap();
     std::fs::write(path.join("model.toml"), MODEL).unwrap();
-    let served = Served::new(path, &["--flash", "flash.bin"]);
+    let served = Served::new(path, &["--flash", "flash.bin", "--speed", "4"]);
     let words = ["calibrate", "drive", "--session", "s.toml", "--port", &served.port, "--out", "d", "--into-stand", "--json", "d.json"];
     let text = stand(path, &words).succeeded().out;
     assert!(text.contains("saved in the stand: resistance_ohm "), "{text}");
@@ -198,7 +198,7 @@ fn stand_behind_a_port_keeps_a_drives_result() {
     let mut served = served;
     assert!(served.child.wait().unwrap().success());
     // After a power cycle the result is still stored.
-    let again = Served::new(path, &["--flash", "flash.bin"]);
+    let again = Served::new(path, &["--flash", "flash.bin", "--speed", "4"]);
     for name in ["resistance_ohm", "motor_constant_N_m_A", "inertia_kg_m2"] {
         let reply = send_lines(path, &again.port, &format!("SETTings:{name}?\n")).succeeded().out;
         let value: f64 = reply.split([' ', ',', '\n']).next().unwrap().parse().unwrap();

@@ -446,7 +446,7 @@ fn calibration_record_is_a_reference() {
     assert!(gyro.contains("no reference of the work `gyro`"), "{gyro}");
 }
 
-/// The commands, with the stand behind a pseudo-terminal in real time: two minutes.
+/// The commands, with the stand behind a pseudo-terminal.
 #[cfg(unix)]
 #[test]
 fn motor_over_a_serial_port() {
@@ -454,7 +454,7 @@ fn motor_over_a_serial_port() {
     use common::{command, stand};
     let course = Course::new("motor", &reference_text("motor", &motor_truth(&drive()), (0.02, 0.0), ""));
     let folder = course.folder.path();
-    let served = Served::new(folder, &[]);
+    let served = Served::new(folder, &["--speed", "4"]);
     let words = |out: &'static str| {
         [
             "lab",
@@ -475,7 +475,7 @@ fn motor_over_a_serial_port() {
 
     // Ctrl-C during the rates, when the platform turns.
     let mut child = command(folder, &words("ended")).stderr(std::process::Stdio::piped()).spawn().unwrap();
-    std::thread::sleep(std::time::Duration::from_secs(27));
+    std::thread::sleep(std::time::Duration::from_secs(27) / 4);
     assert!(std::process::Command::new("kill").args(["-s", "INT", &child.id().to_string()]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(1));
     assert!(!course.path("ended").exists());

@@ -138,7 +138,7 @@ fn recording_of_a_served_stand_reveals_its_cogging() {
     let phase_rad = 1.0;
     let cogging = format!("[effects.cogging]\ncogging_N_m = 1.5e-3\ncogging_order = 12\ncogging_phase_rad = {phase_rad}\n");
     std::fs::write(folder.path().join("stand.toml"), cogging).unwrap();
-    let served = Served::new(folder.path(), &["--stand", "stand.toml"]);
+    let served = Served::new(folder.path(), &["--stand", "stand.toml", "--speed", "4"]);
     let ran = record(folder.path(), &served.port, &["--out", "log.parquet", "--seconds", "15", "--find-index", "--json", "-"]);
     assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""), "{ran:?}");
     let answer = ran.json();
@@ -228,7 +228,7 @@ fn compensation_needs_the_index() {
     std::fs::write(path.join("zero.csv"), "# theta_zero: index\nt_s,theta_rad\n0,0\n0.001,0\n").unwrap();
     let cogging = "[effects.coulomb]\n[effects.cogging]\ncogging_N_m = 1.5e-3\ncogging_order = 7\ncogging_phase_rad = 0.4\n";
     std::fs::write(path.join("stand.toml"), cogging).unwrap();
-    let served = Served::new(path, &["--stand", "stand.toml"]);
+    let served = Served::new(path, &["--stand", "stand.toml", "--speed", "4"]);
     let words = ["compensate", "--model", "explained.toml", "--log", "zero.csv", "--port", &served.port];
     let early = stand(path, &words);
     assert_eq!(early.status, Some(2));

@@ -89,7 +89,7 @@ pub const WORDS: [(&str, Check); 14] = [
     }),
     #[cfg(unix)]
     ("calibrate --port --into-stand", |f| {
-        let one = Served::new(f, &[]);
+        let one = Served::new(f, &["--speed", "4"]);
         std::fs::write(f.join("own.toml"), format!("column = \"omega_rad_s\"\n{SHORT}")).unwrap();
         let scale = || send_lines(f, &one.port, "SETTings:rate_rad_s_per_code?\n").succeeded().out;
         let before = scale();

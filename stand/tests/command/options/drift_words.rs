@@ -170,7 +170,7 @@ pub const WORDS: &[(&str, super::Check)] = &[
         let usual = super::served::Served::new(f, &["--gyro"]);
         assert_eq!(super::served::send_lines(f, &usual.port, "DRIFt:STATe?\n").status, Some(0));
         drop(usual);
-        let one = super::served::Served::new(f, &["--gyro", "gyro.toml"]);
+        let one = super::served::Served::new(f, &["--gyro", "gyro.toml", "--speed", "4"]);
         let short =
             ["--cycles", "2", "--rounds", "1", "--pulse", "0.5", "--rest", "1", "--latitude", "70", "--turn", "drive", "--json", "-"];
         let found = json(f, &[&["drift", "run", "--port", one.port.as_str()][..], &short].concat());

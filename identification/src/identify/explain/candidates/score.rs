@@ -83,10 +83,10 @@ pub fn batches(base: &FittedModel, trials: &[Trial]) -> Vec<Vec<usize>> {
     // A trial for which no place is left has no score. One state of its own may be added to it.
     let has_place = |trial: &Trial| taken + trial.screened.iter().filter(|f| **f).count() < MAX_UNKNOWNS;
     let mut batches: Vec<Vec<usize>> = Vec::new();
-    for rate_from_encoder in [None, Some(false), Some(true)] {
+    for derived in [false, true] {
         let mut batch: Vec<usize> = Vec::new();
         let mut lanes = 0;
-        for (k, trial) in trials.iter().enumerate().filter(|(_, t)| t.absent && t.rate_from_encoder == rate_from_encoder && has_place(t)) {
+        for (k, trial) in trials.iter().enumerate().filter(|(_, t)| t.absent && base.rate_from_encoder(t) == derived && has_place(t)) {
             let more = trial.screened.iter().filter(|f| **f).count();
             if trial.adds_thermal_state(&base.data) || more > free_lanes {
                 batches.push(vec![k]);

@@ -281,6 +281,11 @@ impl<'a> FittedModel<'a> {
         whitener.sums(&self.system, &self.fit.parameters, &self.fit.initial_states, &self.data, self.context.log_rows)
     }
 
+    /// The rate channel is derived from the encoder, in the data as `trial` needs them.
+    pub fn rate_from_encoder(&self, trial: &Trial) -> bool {
+        trial.rate_from_encoder.unwrap_or(self.data.rate_from_encoder)
+    }
+
     /// The data as `trial` needs them.
     pub fn data_for(&self, trial: &Trial) -> Cow<'_, PreparedLog<'a>> {
         match trial.rate_from_encoder {

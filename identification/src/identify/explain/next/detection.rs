@@ -51,15 +51,12 @@ fn detection_limits(model: &FittedModel, tests: usize) -> Vec<DetectionLimit> {
     let slow = direct.map(|(_, c)| c.slow_variance()).max_or_zero().max(1.0).sqrt();
     let effective_samples = model.whitened_sums(&whitener).effective_samples();
     let batches = batches(model, &trials);
-    let readings: Vec<Readings> = [None, Some(false), Some(true)]
-        .into_iter()
-        .filter_map(|derived| trials.iter().find(|t| t.rate_from_encoder == derived))
-        .map(|trial| Readings::of(model, trial))
-        .collect();
+    let groups = [false, true].into_iter().filter_map(|derived| trials.iter().find(|t| model.rate_from_encoder(t) == derived));
+    let readings: Vec<Readings> = groups.map(|trial| Readings::of(model, trial)).collect();
     let found: Vec<(usize, f64)> = batches
         .par_iter()
         .flat_map_iter(|batch| {
-            let of_batch = readings.iter().find(|r| r.rate_from_encoder == trials[batch[0]].rate_from_encoder);
+            let of_batch = readings.iter().find(|r| r.data.rate_from_encoder == model.rate_from_encoder(&trials[batch[0]]));
             of_batch.map_or_else(Vec::new, |readings| standard_errors(model, &whitener, &trials, (batch, readings)))
         })
         .map(|(k, sigma)| {
@@ -152,8 +149,6 @@ fn values_to_try(model: &FittedModel, criteria: &DetectionCriteria) -> Starts {
 
 /// What the logs can contain beside the model and the noise.
 struct Readings<'m, 'l> {
-    /// As in the trials for which they are read.
-    rate_from_encoder: Option<bool>,
     data: Cow<'m, PreparedLog<'l>>,
     /// Changes of the readings by other courses of the voltage within the rows, each by channel and row; none where the course is known.
     by_courses: Vec<Vec<Vec<f64>>>,
@@ -165,9 +160,8 @@ impl<'m, 'l> Readings<'m, 'l> {
         // The stand's own first moments of each row determine the course.
         let is_open = |open: &Cow<PreparedLog>| open.voltage_course.as_ref().is_some_and(|course| course.known == Known::Means);
         let open = with_course(model.context.log, &data).filter(is_open).map(Cow::into_owned);
-        let rate_from_encoder = trial.rate_from_encoder;
         let Some((open, drawn)) = open.and_then(|open| drawn_courses(&open).map(|drawn| (open, drawn))) else {
-            return Readings { rate_from_encoder, data, by_courses: Vec::new() };
+            return Readings { data, by_courses: Vec::new() };
         };
         let expected = modelled(model, &open);
         let change = |drawn: &PreparedLog| -> Vec<Vec<f64>> {
@@ -175,7 +169,7 @@ impl<'m, 'l> Readings<'m, 'l> {
             modelled(model, drawn).iter().zip(&expected).map(differences).collect()
         };
         let by_courses = drawn.par_iter().map(change).collect();
-        Readings { rate_from_encoder, data: Cow::Owned(open), by_courses }
+        Readings { data: Cow::Owned(open), by_courses }
     }
 }
 
