@@ -204,9 +204,6 @@ pub fn remark(axis: Axis, remark: &Remark) -> String {
         Remark::NothingHeldOut(departure) => {
             format!("{} All rows are fitted, and none is left for validation.", crate::preparation::departs(axis, departure))
         }
-        Remark::NotSignificantAtEnd { effect } => {
-            format!("{effect} was added on the way and is not significant in the final model; it was removed.")
-        }
         Remark::TemperatureScale { assumed_K_W, copper_K_W, copper_J_K } => format!(
             "No temperature is measured, so that this log determines resistance_per_K / thermal_J_K and thermal_J_K × thermal_K_W alone: resistance_per_K and thermal_J_K, and their ±, hold for thermal_K_W = {} only. For a copper winding, resistance_per_K = 0.0039, they are thermal_K_W = {} and thermal_J_K = {}.",
             numbers::significant(*assumed_K_W, 3),

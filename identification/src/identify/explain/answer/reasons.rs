@@ -229,11 +229,6 @@ pub enum Remark {
     },
     /// Rows that are usually held out leave far more than the fitted ones: all rows are fitted.
     NothingHeldOut(Departure),
-    /// An effect is not significant in the final model and was removed.
-    NotSignificantAtEnd {
-        /// Its name.
-        effect: String,
-    },
     /// The temperature of the winding has no scale in this log: its thermal resistance was assumed.
     TemperatureScale {
         /// The assumed thermal resistance, K/W.
