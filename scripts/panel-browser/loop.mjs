@@ -52,6 +52,7 @@ async function interruptedSession(page, language) {
   await page.waitForFunction(() => /^(done|виконано)$/.test(document.querySelector("#calibrate-steps tbody tr td:last-child").textContent), { timeout: 120_000 });
   await press(page, "#measure-cancel");
   await page.waitForSelector("[data-resume='calibrate-2']", { timeout: 30_000 });
+  await page.waitForFunction(() => document.querySelector("#measure-error").textContent !== "", { timeout: 30_000 });
   const error = await text(page, "#measure-error");
   claim(language === "en" ? /Cancelled/.test(error) : /Скасовано/.test(error), `the session is cancelled: ${error}`);
   await picture(page, `interrupted-${language}`);

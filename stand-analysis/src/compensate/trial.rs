@@ -5,6 +5,7 @@
 use std::f64::consts::TAU;
 use std::io::sink;
 
+use stand_firmware::board::ROW_HZ;
 use stand_firmware::compensation::Compensation;
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::Mode;
@@ -24,6 +25,8 @@ const RATE_RAD_S: f64 = 100.0 * TAU / 360.0;
 const OVERSPEED_SHARE: f64 = 0.5;
 /// Turns of the evaluation.
 const TURNS: f64 = 2.0;
+/// Part of the rows of these turns that may be lost on the line.
+const MAX_LOST: f64 = 0.01;
 /// Settling time after the acceleration, s: loop and fade-in of the harmonics.
 const SETTLE_S: f64 = 1.5;
 
@@ -39,6 +42,16 @@ pub enum TrialError {
     /// The platform did not turn as far as commanded.
     #[error("the platform did not make {TURNS} turns in the test run of the compensation; check that it turns freely")]
     NotTurned,
+    /// Rows were lost on the line.
+    #[error(
+        "the line lost {lost} of {all} rows in the test run of the compensation: the ripple is not known; repeat it on a computer that is less busy"
+    )]
+    RowsLost {
+        /// Number of lost rows.
+        lost: usize,
+        /// Number of rows of the evaluated turns.
+        all: usize,
+    },
 }
 
 /// The ripple of the stand before and after a change of its compensation.
@@ -116,20 +129,29 @@ pub async fn measured_ripple(
         RecordingError::Write(error) => TrialError::Ended(error.to_string()),
     })?;
     match recording.end {
-        RecordingEnd::Complete => spectrum(&monitor.rows, settle_s(rate_rad_s, acceleration_rad_s2)).ok_or(TrialError::NotTurned),
+        RecordingEnd::Complete => spectrum(&monitor.rows, settle_s(rate_rad_s, acceleration_rad_s2)),
         end => Err(TrialError::Ended(early_end(&end).unwrap_or_default())),
     }
 }
 
-/// Rate ripple by angle over [`TURNS`] whole turns after `from_s`; rows are time, s, and angle, rad. `None`: the platform turned less.
-fn spectrum(rows: &[(f64, f64)], from_s: f64) -> Option<OrderSpectrum> {
-    let rows = &rows[rows.iter().position(|(t_s, _)| *t_s >= from_s)?..];
-    let [(first_s, first_rad), ..] = *rows else { return None };
-    let end = rows.iter().position(|(_, theta_rad)| (theta_rad - first_rad).abs() >= TURNS * TAU)?;
+/// Rate ripple by angle over [`TURNS`] whole turns after `from_s`; rows are time, s, and angle, rad.
+///
+/// # Errors
+/// The platform turned less, or rows are missing: turns of which few rows are known seem to have no ripple.
+fn spectrum(rows: &[(f64, f64)], from_s: f64) -> Result<OrderSpectrum, TrialError> {
+    let settled = rows.iter().position(|(t_s, _)| *t_s >= from_s).ok_or(TrialError::NotTurned)?;
+    let rows = &rows[settled..];
+    let (first_s, first_rad) = rows[0];
+    let end = rows.iter().position(|(_, theta_rad)| (theta_rad - first_rad).abs() >= TURNS * TAU).ok_or(TrialError::NotTurned)?;
     let (end_s, end_rad) = rows[end];
+    let all = ((end_s - first_s) * ROW_HZ as f64).round();
+    let lost = all - end as f64;
+    if lost > MAX_LOST * all {
+        return Err(TrialError::RowsLost { lost: lost as usize, all: all as usize });
+    }
     let mean_rad_s = (end_rad - first_rad) / (end_s - first_s);
     let deviations = rows[..end].iter().map(|(t_s, theta_rad)| (*theta_rad, theta_rad - first_rad - mean_rad_s * (t_s - first_s), 1.0));
-    Some(OrderSpectrum::of(deviations).of_angle_to_rate(mean_rad_s))
+    Ok(OrderSpectrum::of(deviations).of_angle_to_rate(mean_rad_s))
 }
 
 /// Collects the angles.
@@ -146,5 +168,34 @@ impl RecordingMonitor for Angles {
 
     fn progress(&mut self, _: RecordingProgress) -> bool {
         (self.goes_on)()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows of a platform at 2 rad/s with a ripple of order 8, from 0 s.
+    fn rows() -> Vec<(f64, f64)> {
+        let row = |k: u32| {
+            let t_s = f64::from(k) / ROW_HZ as f64;
+            (t_s, 2.0 * t_s + 1e-3 * (16.0 * t_s).sin())
+        };
+        (0..9000).map(row).collect()
+    }
+
+    #[test]
+    fn ripple_of_complete_rows_is_known() {
+        let found = spectrum(&rows(), 1.0).unwrap().amplitude(8);
+        assert!((found - 16e-3).abs() < 1e-4, "{found}");
+    }
+
+    #[test]
+    fn turns_whose_rows_are_lost_have_no_ripple() {
+        // All rows of the turns but the first hundred: without the check, the ripple would be that of a tenth of a turn.
+        let kept: Vec<_> = rows().into_iter().filter(|(t_s, _)| *t_s < 1.1 || *t_s > 7.5).collect();
+        let error = spectrum(&kept, 1.0).unwrap_err();
+        assert!(matches!(error, TrialError::RowsLost { lost, .. } if lost > 6000), "{error}");
+        assert!(matches!(spectrum(&rows()[..3000], 1.0), Err(TrialError::NotTurned)));
     }
 }
