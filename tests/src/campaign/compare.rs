@@ -139,7 +139,7 @@ fn moved(old: &AnswerRecord, new: &AnswerRecord) -> Option<String> {
     let changes = before.iter().map(|(name, (value, sigma))| {
         let (now, sigma_now) = after[name];
         let scale = sigma.max(1e-9 * value.abs()).max(f64::MIN_POSITIVE);
-        (name, ((now - value).abs() / scale).max((sigma_now / scale - 1.0).abs()))
+        (name, (now - value).abs().max((sigma_now - sigma).abs()) / scale)
     });
     let (name, change) = changes.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (change > MIN_PARAMETER_CHANGE_SIGMAS).then(|| format!("{name} {change:.3} σ"))
@@ -258,5 +258,17 @@ mod tests {
         let d = difference(&logs(2), &answers(2, 2), &after);
         assert_eq!((d.answers.len(), d.parameters.len(), d.effort.len()), (0, 1, 1));
         assert!(d.parameters[0].ends_with("inertia_kg_m2 1.000 σ") && d.effort[0].contains("1.20 ×"), "{d:?}");
+    }
+
+    #[test]
+    fn held_parameter_without_a_standard_error_has_not_moved() {
+        let mut before = answers(1, 1);
+        before[0].parameters = list("cogging_N_m=2.9e-3±7.4e-7 cogging_order=1.2e1±0.000e0");
+        let mut after = before.clone();
+        assert!(difference(&logs(1), &before, &after).parameters.is_empty());
+        after[0].parameters = list("cogging_N_m=2.9e-3±7.4e-7 cogging_order=1.3e1±0.000e0");
+        assert_eq!(difference(&logs(1), &before, &after).parameters.len(), 1);
+        after[0].parameters = list("cogging_N_m=2.9e-3±1.48e-6 cogging_order=1.2e1±0.000e0");
+        assert!(difference(&logs(1), &before, &after).parameters[0].ends_with("cogging_N_m 1.000 σ"));
     }
 }
