@@ -151,6 +151,40 @@ pub struct Parameter {
     pub simulated_range: (f64, f64),
 }
 
+impl Parameter {
+    /// The amplitude a of a torque over the angle or the time, N m.
+    pub(crate) const fn torque_amplitude(name: &'static str, simulated_range: (f64, f64)) -> Self {
+        Self {
+            name,
+            unit: "N m",
+            description: "amplitude a",
+            range: (0.0, f64::INFINITY),
+            start: 0.0005,
+            kind: ParameterKind::NonNegative,
+            simulated_range,
+        }
+    }
+
+    /// The harmonic order n of a ripple of the motor. Commutator segments, poles and teeth of a micromotor make 5 to 14 periods per turn.
+    pub(crate) const fn harmonic_order(name: &'static str) -> Self {
+        Self {
+            name,
+            unit: "1/turn",
+            description: "harmonic order n: periods per turn",
+            range: (1.0, 400.0),
+            start: 7.0,
+            kind: ParameterKind::HarmonicOrder,
+            simulated_range: (5.0, 14.0),
+        }
+    }
+
+    /// The phase φ of a harmonic, rad.
+    pub(crate) const fn phase(name: &'static str) -> Self {
+        let turn = (0.0, core::f64::consts::TAU);
+        Self { name, unit: "rad", description: "phase φ", range: turn, start: 0.0, kind: ParameterKind::Phase, simulated_range: turn }
+    }
+}
+
 /// How a fit moves a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ParameterKind {

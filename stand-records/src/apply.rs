@@ -5,6 +5,7 @@
 
 use super::record::CalibrationRecord;
 use identification::model::{Model, ModelError};
+use identification::parameters::NamesParameters;
 use stand_acquire::connection::{ConnectionError, StandConnection};
 use stand_acquire::preparation::query_number;
 use stand_analysis::calibrate::DutKind;
@@ -28,13 +29,22 @@ const RATE_SCALE_SETTING: &str = "rate_rad_s_per_code";
 pub enum ApplyError {
     /// A model does not contain the device.
     #[error(
-        "--into-model: a model contains the drive and the rate sensor of the stand (a session with column = \"omega_rad_s\"), but no {} under test",
+        "a model contains the drive and the rate sensor of the stand (a session with column = \"omega_rad_s\"), but no {} under test",
         .0.name()
     )]
     Device(DutKind),
     /// The model rejects an effect or a value.
     #[error(transparent)]
     Model(#[from] ModelError),
+}
+
+impl NamesParameters for ApplyError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            ApplyError::Device(_) => vec!["model"],
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// The device under test is the rate sensor of the stand.

@@ -240,7 +240,7 @@ pub enum CertificateError {
         message: String,
     },
     /// The session is not complete.
-    #[error("the session is not complete: {done} of {all} steps; a certificate needs all of them (`stand calibrate … --resume`)")]
+    #[error("the session is not complete: {done} of {all} steps; a certificate needs all of them; resume it")]
     Incomplete {
         /// Recorded steps.
         done: usize,

@@ -9,6 +9,7 @@
 
 use super::archive::ArchivedRecord;
 use super::stored_record::StoredQuantity;
+use identification::parameters::NamesParameters;
 use identification::statistics::uncertainty::{Contribution, Evaluation, Quantity};
 use stand_analysis::calibrate::DutKind;
 use std::collections::BTreeSet;
@@ -187,7 +188,7 @@ pub enum TrendError {
         known: Vec<String>,
     },
     /// Devices of several kinds have the serial number.
-    #[error("serial {serial} has records of {}: select one with --what", listed(.kinds))]
+    #[error("serial {serial} has records of {}: select one", listed(.kinds))]
     Kinds {
         /// The serial number.
         serial: String,
@@ -195,13 +196,23 @@ pub enum TrendError {
         kinds: Vec<String>,
     },
     /// No record of the device has the quantity.
-    #[error("--quantity: no record has {quantity}; there are: {}", listed(.known))]
+    #[error("no record has {quantity}; there are: {}", listed(.known))]
     Quantity {
         /// The quantity.
         quantity: String,
         /// Quantities of the records.
         known: Vec<String>,
     },
+}
+
+impl NamesParameters for TrendError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            TrendError::Kinds { .. } => vec!["kind"],
+            TrendError::Quantity { .. } => vec!["quantity"],
+            _ => Vec::new(),
+        }
+    }
 }
 
 fn listed(words: &[String]) -> String {

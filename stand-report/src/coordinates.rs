@@ -5,9 +5,10 @@ use std::fmt;
 
 use drive_model::Coordinate;
 
-use identification::identify::fit::{ChannelFit, PreparedLog};
+use identification::identify::fit::ChannelFit;
 use identification::log::{Axis, Log};
 use identification::model::Channel;
+use identification::recording::PreparedLog;
 use identification::statistics::Extremes;
 
 /// Name and unit of an axis.

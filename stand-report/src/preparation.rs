@@ -3,11 +3,11 @@
 use super::{column, listed, numbers, unit};
 use identification::identify::evaluation::EvaluationRemark;
 use identification::identify::fit::held_out::Departure;
-use identification::identify::fit::prepare::PreparationNote;
 use identification::identify::repetition::Repetition;
 use identification::log::Axis;
 use identification::log::plausible::ShiftedConstant;
 use identification::model::Channel;
+use identification::recording::prepare::PreparationNote;
 
 /// A preparation note as a sentence.
 pub fn note(axis: Axis, note: &PreparationNote) -> String {

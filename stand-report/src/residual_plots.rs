@@ -7,9 +7,10 @@ use super::plot::envelope::{Pieces, envelope, extent};
 use super::plot::svg::Drawing;
 use super::plot::{Axis, HALF_WIDTH, Plot, WIDTH, with_margin};
 use super::{fitted_quantity, unit};
-use identification::identify::fit::prepared_log::ComparedChannel;
-use identification::identify::fit::{ChannelFit, PreparedLog};
+use identification::identify::fit::ChannelFit;
 use identification::model::Channel;
+use identification::recording::PreparedLog;
+use identification::recording::prepared_log::ComparedChannel;
 use identification::statistics::bins::{Bin, binned};
 
 /// Columns of pixels into which a long series is condensed.

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use super::error::CliError;
 use super::import::ImportOptions;
 use super::output::{ReportOutput, UnitOptions, spinner};
-use stand_analysis::allan::{AllanError, Interpretation, Request, Taus};
+use stand_analysis::allan::{Interpretation, Request, Taus};
 use stand_report::allan as report;
 
 /// Values of `--taus`.
@@ -57,12 +57,6 @@ pub(super) struct Allan {
     units: UnitOptions,
     #[command(flatten)]
     output: ReportOutput,
-}
-
-impl From<AllanError> for CliError {
-    fn from(error: AllanError) -> Self {
-        CliError::Input(error.to_string())
-    }
 }
 
 impl Allan {

@@ -23,7 +23,7 @@ use stand_acquire::calibration_session::{
 use stand_acquire::link::SerialLink;
 use stand_analysis::calibrate::by_hand::{self, HandAssumptions};
 use stand_analysis::calibrate::step_table;
-use stand_records::apply::{ApplyError, apply_to_model, apply_to_stand};
+use stand_records::apply::{apply_to_model, apply_to_stand};
 use stand_records::record::{self, CalibrationRecord, ForeignSession, RecordError};
 use stand_records::store::RecordStore;
 use stand_records::stored_record::RECORD_FILE;
@@ -117,12 +117,6 @@ impl From<RecordError> for CliError {
             RecordError::Calibrate(error) => CliError::Input(report::calibrate_error(&error)),
             other => CliError::Input(other.to_string()),
         }
-    }
-}
-
-impl From<ApplyError> for CliError {
-    fn from(error: ApplyError) -> Self {
-        CliError::Input(error.to_string())
     }
 }
 

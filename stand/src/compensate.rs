@@ -70,7 +70,7 @@ impl From<SerialCompensationError> for CliError {
             | SerialCompensationError::TrialAfter(_)
             | SerialCompensationError::Interrupted
             | SerialCompensationError::Settings(_) => CliError::Other(error.to_string()),
-            other => CliError::Input(other.to_string()),
+            other => CliError::of_parameters(&other),
         }
     }
 }
@@ -102,7 +102,7 @@ impl Compensate {
         let learnt = match &self.model {
             Some(model) => {
                 let (model, log) = self.model_and_log(model)?;
-                learn(&model, log.as_ref(), &before.firmware).map_err(|e| CliError::Input(e.to_string()))?
+                learn(&model, log.as_ref(), &before.firmware)?
             }
             None => {
                 let bar = progress_bar(1000, "{msg} {wide_bar} {percent} %").with_message("the stand measures its cogging");

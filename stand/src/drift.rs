@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 
 use super::drift_output::{Uncertainties, write_report};
 use super::drift_run::Run;
-use super::error::CliError;
+use super::error::{CliError, options};
 use super::import::ImportOptions;
 use super::output::{ReportOutput, UnitOptions};
 use identification::log::Log;
@@ -94,7 +94,7 @@ pub(super) struct Platform {
 
 impl From<DriftError> for CliError {
     fn from(error: DriftError) -> Self {
-        CliError::Input(report::error_text(&error))
+        CliError::Input(format!("{}{}", report::error_text(&error), options(&error)))
     }
 }
 

@@ -9,9 +9,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::error::CliError;
 use identification::files;
-use identification::identify::fit::{FitResult, PreparedLog};
+use identification::identify::fit::FitResult;
 use identification::identify::series::series;
 use identification::log::Log;
+use identification::recording::PreparedLog;
 use stand_report::Style;
 use stand_report::plot_files::{PngError, PngWriter, plots_of};
 use stand_report::units::Units;

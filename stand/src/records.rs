@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use super::error::CliError;
+use super::error::{CliError, options};
 use super::output::{JsonOutput, Overwrite, ReportOutput, UnitOptions, spinner, write};
 use stand_analysis::calibrate::DutKind;
 use stand_analysis::calibrate::response_function::EvaluateError;
@@ -265,7 +265,7 @@ impl Trend {
             }),
             quantity: self.quantity.as_deref(),
         };
-        let trend = trend_of_device(&records, &selection).map_err(|e| CliError::in_file(&self.folder, e))?;
+        let trend = trend_of_device(&records, &selection).map_err(|e| CliError::in_file(&self.folder, format!("{e}{}", options(&e))))?;
         self.output.text(&report::trend_text(&trend))?;
         self.output.text(&report::skipped_text(&skipped))?;
         self.output.html(|| report::trend_html(&trend))?;

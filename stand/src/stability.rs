@@ -8,7 +8,7 @@ use super::error::CliError;
 use super::import::ImportOptions;
 use super::output::{ReportOutput, UnitOptions};
 use identification::log::Log;
-use stand_analysis::stability::{StabilityError, StabilitySettings, of_log};
+use stand_analysis::stability::{StabilitySettings, of_log};
 use stand_report::stability as report;
 
 /// Rate stability of the platform: standard deviation of the mean rates over windows of 1°, 10°, 360° and whole turns, on each plateau of
@@ -29,12 +29,6 @@ pub(super) struct Stability {
     units: UnitOptions,
     #[command(flatten)]
     output: ReportOutput,
-}
-
-impl From<StabilityError> for CliError {
-    fn from(error: StabilityError) -> Self {
-        CliError::Input(error.to_string())
-    }
 }
 
 impl Stability {

@@ -10,7 +10,7 @@ use super::output::ReportOutput;
 use identification::log::Log;
 use stand_analysis::observer::Plant;
 use stand_analysis::observer::vibration::VibrationUncertainties;
-use stand_analysis::observer::vibration_log::{COLUMNS, CorrectedLog, VibrationLog, VibrationLogError};
+use stand_analysis::observer::vibration_log::{COLUMNS, CorrectedLog, VibrationLog};
 use stand_report::observer::{vibration_html, vibration_json, vibration_text};
 
 #[derive(Debug, Subcommand)]
@@ -63,12 +63,6 @@ pub(super) struct Compensate {
     import: ImportOptions,
     #[command(flatten)]
     output: ReportOutput,
-}
-
-impl From<VibrationLogError> for CliError {
-    fn from(error: VibrationLogError) -> Self {
-        CliError::Input(error.to_string())
-    }
 }
 
 impl Compensate {

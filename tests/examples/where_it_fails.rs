@@ -2,6 +2,7 @@
 //!
 //! `cargo run -p stand-tests --example where_it_fails -- [own null logs]`
 
+use identification::recording;
 use std::time::Instant;
 
 use hal_sim::plant::Stand;
@@ -137,7 +138,7 @@ fn cost() {
 
 /// Time of the misfit search after a comparison, s, best of `of` runs.
 fn best_seconds(log: &Log, model: &Model, of: usize) -> f64 {
-    let (record, _) = fit::prepare::prepare(log, model, false).expect("the columns");
+    let (record, _) = recording::prepare(log, model, false).expect("the columns");
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     let held = fit::compare(&system, &parameters, &record).expect("a simulation");
     let seconds = (0..of).map(|_| {

@@ -1,5 +1,6 @@
 //! Misfits of a fitted model.
 
+use identification::recording;
 use std::path::Path;
 
 use crate::foreign::Case;
@@ -10,7 +11,7 @@ use identification::model::Model;
 
 /// Misfits of `model`, fitted to the log.
 pub fn fitted(log: &Log, model: &Model, rate_from_encoder: bool) -> Vec<Misfit> {
-    let (mut record, _) = fit::prepare::prepare(log, model, true).expect("the columns");
+    let (mut record, _) = recording::prepare(log, model, true).expect("the columns");
     record.rate_from_encoder |= rate_from_encoder;
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     let fit_result = fit::fit(&system, &parameters, &record).expect("a fit");

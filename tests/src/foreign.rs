@@ -1,5 +1,6 @@
 //! External records of another simulator with their true answers (folder `cases` of `STAND_DATA`).
 
+use identification::recording;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -130,7 +131,7 @@ impl Case {
     /// # Panics
     /// The log lacks a column.
     pub fn fit_or_compare(&self, model: &Model, fitted: bool) -> Result<FitResult, FitError> {
-        let (mut record, _) = fit::prepare::prepare(&self.log, model, fitted).expect("the log has the columns");
+        let (mut record, _) = recording::prepare(&self.log, model, fitted).expect("the log has the columns");
         record.rate_from_encoder = self.rate_from_encoder;
         let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
         if fitted { fit::fit(&system, &parameters, &record) } else { fit::compare(&system, &parameters, &record) }

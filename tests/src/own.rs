@@ -5,6 +5,7 @@ use hal_sim::session::{self, SessionRequest};
 use identification::identify::fit::{self, FitError, FitResult};
 use identification::log::{Column, Log};
 use identification::model::Model;
+use identification::recording;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 
@@ -50,7 +51,7 @@ pub fn model(factors: &[f64; 6]) -> Model {
 /// # Panics
 /// The log lacks a column.
 pub fn fit_or_compare(log: &Log, model: &Model, fitted: bool) -> Result<FitResult, FitError> {
-    let (record, _) = fit::prepare::prepare(log, model, fitted).expect("the log has the columns");
+    let (record, _) = recording::prepare(log, model, fitted).expect("the log has the columns");
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     if fitted { fit::fit(&system, &parameters, &record) } else { fit::compare(&system, &parameters, &record) }
 }

@@ -1,5 +1,6 @@
 //! External records of real drives (`STAND_DATA`) and the quantities compared with publications.
 
+use identification::recording;
 use std::path::Path;
 
 use drive_rig::State;
@@ -44,7 +45,7 @@ pub fn with_values(model: &Model, parameters: &fit::Parameters) -> Model {
 /// # Panics
 /// The log lacks a column.
 pub fn position_rms(log: &Log, model: &Model) -> Result<f64, FitError> {
-    let (prepared, _) = fit::prepare::prepare(log, model, false).expect("the log has the columns of the model");
+    let (prepared, _) = recording::prepare(log, model, false).expect("the log has the columns of the model");
     let (system, parameters) = fit::build::system(model, prepared.temp_C.is_some());
     let comparison: FitResult = fit::compare(&system, &parameters, &prepared)?;
     let rig = system.rig::<f64>(&parameters, prepared.driven);

@@ -1,6 +1,6 @@
 //! Cogging: torque a sin(nθ + φ), independent of the current.
 
-use crate::{Card, Compensation, Contributions, Coordinate, Description, Domain, HarmonicSource, Law, Parameter, ParameterKind, Point, Requirement, Rival, Scalar, Screening, StandRun};
+use crate::{Card, Compensation, Contributions, Coordinate, Description, Domain, HarmonicSource, Law, Parameter, Point, Requirement, Rival, Scalar, Screening, StandRun};
 
 /// The card of `cogging`.
 pub const CARD: Card = Card {
@@ -10,33 +10,9 @@ pub const CARD: Card = Card {
     domain: Domain::Torque,
     coordinate: Coordinate::Theta,
     parameters: &[
-        Parameter {
-            name: "cogging_N_m",
-            unit: "N m",
-            description: "amplitude a",
-            range: (0.0, f64::INFINITY),
-            start: 0.0005,
-            kind: ParameterKind::NonNegative,
-            simulated_range: (0.001, 0.003),
-        },
-        Parameter {
-            name: "cogging_order",
-            unit: "1/turn",
-            description: "harmonic order n: periods per turn",
-            range: (1.0, 400.0),
-            start: 7.0,
-            kind: ParameterKind::HarmonicOrder,
-            simulated_range: (5.0, 14.0),
-        },
-        Parameter {
-            name: "cogging_phase_rad",
-            unit: "rad",
-            description: "phase φ",
-            range: (0.0, std::f64::consts::TAU),
-            start: 0.0,
-            kind: ParameterKind::Phase,
-            simulated_range: (0.0, std::f64::consts::TAU),
-        },
+        Parameter::torque_amplitude("cogging_N_m", (0.001, 0.003)),
+        Parameter::harmonic_order("cogging_order"),
+        Parameter::phase("cogging_phase_rad"),
     ],
     polar: true,
     repeatable: true,

@@ -10,15 +10,7 @@ pub const CARD: Card = Card {
     domain: Domain::Torque,
     coordinate: Coordinate::Theta,
     parameters: &[
-        Parameter {
-            name: "gear_ripple_N_m",
-            unit: "N m",
-            description: "amplitude a",
-            range: (0.0, f64::INFINITY),
-            start: 0.0005,
-            kind: ParameterKind::NonNegative,
-            simulated_range: (0.001, 0.003),
-        },
+        Parameter::torque_amplitude("gear_ripple_N_m", (0.001, 0.003)),
         Parameter {
             name: "gear_ripple_order",
             unit: "1/turn",
@@ -28,15 +20,7 @@ pub const CARD: Card = Card {
             kind: ParameterKind::Periodicity,
             simulated_range: (2.1, 14.9),
         },
-        Parameter {
-            name: "gear_ripple_phase_rad",
-            unit: "rad",
-            description: "phase φ",
-            range: (0.0, std::f64::consts::TAU),
-            start: 0.0,
-            kind: ParameterKind::Phase,
-            simulated_range: (0.0, std::f64::consts::TAU),
-        },
+        Parameter::phase("gear_ripple_phase_rad"),
     ],
     polar: true,
     repeatable: true,

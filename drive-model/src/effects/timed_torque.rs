@@ -15,15 +15,7 @@ pub const CARD: Card = Card {
     domain: Domain::Torque,
     coordinate: Coordinate::Time,
     parameters: &[
-        Parameter {
-            name: "timed_torque_N_m",
-            unit: "N m",
-            description: "amplitude a",
-            range: (0.0, f64::INFINITY),
-            start: 0.0005,
-            kind: ParameterKind::NonNegative,
-            simulated_range: (0.0005, 0.002),
-        },
+        Parameter::torque_amplitude("timed_torque_N_m", (0.0005, 0.002)),
         Parameter {
             name: "timed_torque_Hz",
             unit: "Hz",

@@ -11,9 +11,10 @@
 //! the log if the shifts have the pattern of columns in thousandths of their unit. Exempt are constants that are fixed, not determined, or
 //! without a start value in the file.
 
-use super::fit::{self, FitResult, PreparedLog};
+use super::fit::{self, FitResult};
 use crate::log::plausible::{Defect, ShiftedConstant};
 use crate::model::{BaseParameter, Channel, Input, Model, ModelParameter};
+use crate::recording::PreparedLog;
 
 /// Shift that is questioned, decades. A start value from a data sheet or from dimensions is within a factor of three.
 const QUESTIONED_DECADES: f64 = 1.0;

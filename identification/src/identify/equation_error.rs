@@ -1,12 +1,13 @@
 //! Fit by equation error, with the output-error fit of the same model for comparison.
 
 use super::fit::equation_error::{self, EquationErrorFit, InverseModelError, Settings};
-use super::fit::prepare::PrepareError;
-use super::fit::{self, FitError, FitResult, PreparedLog};
+use super::fit::{self, FitError, FitResult};
 use crate::identify::defects::defects;
 use crate::log::Log;
 use crate::log::plausible::Defect;
 use crate::model::{Input, Model};
+use crate::recording::PreparedLog;
+use crate::recording::prepare::PrepareError;
 
 /// Estimates that differ by more than this many standard uncertainties of their difference are marked.
 const MAX_DIFFERENCE_SIGMA: f64 = 3.0;
@@ -50,7 +51,7 @@ pub fn fit(log: &Log, model: &Model, cutoff_hz: Option<f64>, all_rows: bool) -> 
         return Ok(EquationErrorResult::ImplausibleLog(findings));
     }
     equation_error::angle(log)?;
-    let (data, _) = fit::prepare::prepare(log, model, !all_rows)?;
+    let (data, _) = crate::recording::prepare(log, model, !all_rows)?;
     let equation = equation_error::fit_prepared(log, &data, model, settings)?;
     let free_run = (model.input() != Input::Motion).then(|| free_run(&data, model));
     Ok(EquationErrorResult::Fitted(Box::new(EquationErrorComparison { equation, free_run })))

@@ -4,9 +4,8 @@ use std::time::Instant;
 
 use super::constants;
 use super::fit::{
-    self, FitError, FitResult, PreparedLog, Unidentifiable,
+    self, FitError, FitResult, Unidentifiable,
     held_out::{Departure, departure},
-    prepare::{PreparationNote, PrepareError},
 };
 use super::predict::refined;
 use super::recording_conventions::fit_as_recorded;
@@ -18,6 +17,8 @@ use crate::identify::defects::defects;
 use crate::log::plausible::{Defect, ShiftedConstant};
 use crate::log::{Log, RateSource};
 use crate::model::{Channel, Model};
+use crate::recording::prepare::{PreparationNote, PrepareError};
+use crate::recording::{self, PreparedLog};
 
 /// Treatment of the model's parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,14 +102,14 @@ pub fn evaluate<'a>(
     deadline: Deadline,
 ) -> Result<Evaluation<'a>, EvaluationError> {
     let begin = Instant::now();
-    let (mut data, notes) = fit::prepare::prepare(log, model, treatment != ParameterTreatment::FittedToAllRows)?;
-    data.budget = Budget::new(None, deadline);
+    let (data, notes) = recording::prepare(log, model, treatment != ParameterTreatment::FittedToAllRows)?;
+    let data = data.spending(Budget::new(None, deadline));
     let mut remarks: Vec<EvaluationRemark> = notes.into_iter().map(EvaluationRemark::Preparation).collect();
     let findings = defects(log, model);
     if !findings.is_empty() {
         return Ok(Evaluation::ImplausibleLog(findings));
     }
-    let mut result = with_best_rate_source(model, &mut data, log, treatment, &mut remarks)?;
+    let (mut result, data) = with_best_rate_source(model, data, log, treatment, &mut remarks)?;
     if treatment != ParameterTreatment::Kept {
         let (system, _) = fit::build::system(model, data.temp_C.is_some());
         let (found, by_prediction_errors) = refined(&system, log, &data, result);
@@ -168,13 +169,13 @@ fn undetermined_own_parameters(model: &Model, result: &FitResult) -> Vec<Unident
 
 /// Evaluates the model. Where the log does not state the source of the rate and the model has an eccentric encoder, both sources (rate
 /// sensor, encoder) are tried and the one with the lower χ² is kept.
-fn with_best_rate_source(
+fn with_best_rate_source<'a>(
     model: &Model,
-    data: &mut PreparedLog,
-    log: &Log,
+    data: PreparedLog<'a>,
+    log: &'a Log,
     treatment: ParameterTreatment,
     remarks: &mut Vec<EvaluationRemark>,
-) -> Result<FitResult, FitError> {
+) -> Result<(FitResult, PreparedLog<'a>), FitError> {
     let (system, parameters) = fit::build::system(model, data.temp_C.is_some());
     let parameters = parameters.within_physical_ranges();
     let once = |data: &PreparedLog, near: Option<&FitResult>| match (treatment, near) {
@@ -185,19 +186,18 @@ fn with_best_rate_source(
     let depends_on_source = model.effects().iter().any(|e| e.card.uses_rate_source);
     let has_rate = data.channels.iter().any(|c| c.channel == Channel::Rate);
     let source_unknown = log.provenance(Channel::Rate.column()).source == RateSource::Unknown;
-    let (from_sensor, recording) = fit_as_recorded(log, data, &once)?;
+    let (from_sensor, data, recording) = fit_as_recorded(log, data, &once)?;
     remarks.extend(recording.notes.into_iter().map(EvaluationRemark::Preparation));
     if !(depends_on_source && has_rate && source_unknown) {
-        return Ok(from_sensor);
+        return Ok((from_sensor, data));
     }
-    data.rate_from_encoder = true;
-    let from_encoder = once(data, None)?;
+    let by_encoder = data.clone().with_rate_from_encoder(true);
+    let from_encoder = once(&by_encoder, None)?;
     if from_encoder.chi2 < from_sensor.chi2 {
         remarks.push(EvaluationRemark::AssumedRateSource { from_encoder: true });
-        Ok(from_encoder)
+        Ok((from_encoder, by_encoder))
     } else {
-        data.rate_from_encoder = false;
         remarks.push(EvaluationRemark::AssumedRateSource { from_encoder: false });
-        Ok(from_sensor)
+        Ok((from_sensor, data.with_rate_from_encoder(false)))
     }
 }

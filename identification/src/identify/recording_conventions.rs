@@ -4,13 +4,11 @@
 //! wrong assumption leaves a residual that looks like missing physics. Each convention that no note states is tried where the model leaves
 //! more than noise, and kept where the likelihood of the residuals rises clearly. Outliers are found first; see [`super::fit::outliers`].
 
-use serde::{Deserialize, Serialize};
-
-use super::fit::prepare::PreparationNote;
-use super::fit::voltage::{self, InputTiming, Known, VoltageCourse};
-use super::fit::{FitError, FitResult, PreparedLog, outliers};
+use super::fit::{FitError, FitResult, outliers};
 use crate::log::Log;
-use crate::model::{Channel, Input};
+use crate::recording::convention::apply;
+use crate::recording::prepare::PreparationNote;
+use crate::recording::{Convention, PreparedLog};
 
 /// Least gain, 2 ln of the likelihood ratio, for a convention that differs from that of the project, per compared value: the rms falls by 1
 /// %.
@@ -21,28 +19,6 @@ pub const MIN_GAIN: f64 = 20.0;
 /// Least gain for a convention that differs from that of the project, in so many compared values.
 pub fn min_gain(values: f64) -> f64 {
     (MIN_GAIN_PER_VALUE * values).max(MIN_GAIN)
-}
-
-/// A convention that differs from that of the project.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Convention {
-    /// The input holds values at t.
-    InputAtT,
-    /// The input holds the values of the row before.
-    InputOfRowBefore,
-    /// The input holds means over the row, within which it moves.
-    InputMoves,
-    /// The current is its value at t.
-    CurrentAtT,
-    /// The rate is the mean over the last row, as differences of counts give it.
-    RateOverLastRow,
-}
-
-impl Convention {
-    /// All of them, in the order in which they are tried.
-    pub const ALL: [Convention; 5] =
-        [Convention::InputAtT, Convention::InputOfRowBefore, Convention::InputMoves, Convention::CurrentAtT, Convention::RateOverLastRow];
 }
 
 /// A fit of the data, by the first argument; from the result of another fit, where there is one.
@@ -71,42 +47,56 @@ impl Recording {
     }
 }
 
-/// Fits the data, with outliers excluded and the conventions that no note states tried. `data` is changed accordingly.
+/// Fits the data, with outliers excluded and the conventions that no note states tried. The result, the data accordingly, and what was
+/// assumed.
 ///
 /// # Errors
 /// The model cannot be simulated along the data.
-pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Result<(FitResult, Recording), FitError> {
+pub fn fit_as_recorded<'a>(
+    log: &'a Log,
+    data: PreparedLog<'a>,
+    fit: &FitData,
+) -> Result<(FitResult, PreparedLog<'a>, Recording), FitError> {
     let mut recording = Recording::default();
-    let mut result = fit(data, None)?;
-    result = without_outliers(data, result, fit)?;
+    let result = fit(&data, None)?;
+    let (mut result, mut data) = without_outliers(data, result, fit)?;
     for convention in Convention::ALL {
         if result.leaves_noise_only() || data.budget.is_exhausted() {
             break;
         }
-        let mut other = data.clone();
-        let Some(note) = apply(convention, log, &mut other) else { continue };
+        let Some((other, note)) = apply(convention, log, &data) else { continue };
         let Ok(trial) = fit(&other, Some(&result)) else { continue };
         let values: usize = result.channels.iter().map(|c| c.rows).sum();
         if gain(&result, &trial) > min_gain(values as f64) {
-            *data = other;
-            result = without_outliers(data, trial, fit)?;
+            (result, data) = without_outliers(other, trial, fit)?;
             recording.assume(convention, note);
         }
     }
-    recording.notes.extend(outlier_notes(data));
-    Ok((result, recording))
+    recording.notes.extend(outlier_notes(&data));
+    Ok((result, data, recording))
 }
 
-/// Fits the data by the given conventions, with outliers excluded. `data` is changed accordingly.
+/// Fits the data by the given conventions, with outliers excluded. The result, the data accordingly, and what was assumed.
 ///
 /// # Errors
 /// The model cannot be simulated along the data.
-pub fn fit_by(conventions: &[Convention], log: &Log, data: &mut PreparedLog, fit: &FitData) -> Result<(FitResult, Recording), FitError> {
-    let mut notes: Vec<PreparationNote> = conventions.iter().filter_map(|convention| apply(*convention, log, data)).collect();
-    let result = fit(data, None)?;
-    let result = without_outliers(data, result, fit)?;
-    notes.extend(outlier_notes(data));
-    Ok((result, Recording { conventions: conventions.to_vec(), notes }))
+pub fn fit_by<'a>(
+    conventions: &[Convention],
+    log: &'a Log,
+    mut data: PreparedLog<'a>,
+    fit: &FitData,
+) -> Result<(FitResult, PreparedLog<'a>, Recording), FitError> {
+    let mut notes = Vec::new();
+    for convention in conventions {
+        if let Some((by_convention, note)) = apply(*convention, log, &data) {
+            data = by_convention;
+            notes.push(note);
+        }
+    }
+    let result = fit(&data, None)?;
+    let (result, data) = without_outliers(data, result, fit)?;
+    notes.extend(outlier_notes(&data));
+    Ok((result, data, Recording { conventions: conventions.to_vec(), notes }))
 }
 
 fn outlier_notes<'d>(data: &'d PreparedLog) -> impl Iterator<Item = PreparationNote> + 'd {
@@ -114,15 +104,16 @@ fn outlier_notes<'d>(data: &'d PreparedLog) -> impl Iterator<Item = PreparationN
 }
 
 /// Excludes outliers and fits again, if there are any.
-fn without_outliers(data: &mut PreparedLog, result: FitResult, fit: &FitData) -> Result<FitResult, FitError> {
+fn without_outliers<'a>(data: PreparedLog<'a>, result: FitResult, fit: &FitData) -> Result<(FitResult, PreparedLog<'a>), FitError> {
     let residuals: Vec<&[f64]> = result.channels.iter().map(|c| c.residual.as_slice()).collect();
     let noise: Vec<f64> = result.channels.iter().map(|c| c.noise).collect();
-    let found = outliers::find(data, &residuals, &noise);
+    let found = outliers::find(&data, &residuals, &noise);
     if found.iter().all(Vec::is_empty) {
-        return Ok(result);
+        return Ok((result, data));
     }
-    data.exclude(found);
-    fit(data, Some(&result))
+    let data = data.without(found);
+    let result = fit(&data, Some(&result))?;
+    Ok((result, data))
 }
 
 /// 2 ln of the likelihood ratio of the second result to the first, where the variance of each channel is unknown.
@@ -140,60 +131,4 @@ pub fn gain(before: &FitResult, after: &FitResult) -> f64 {
             if a > 0.0 && b > 0.0 { n * (b / a).ln() } else { 0.0 }
         })
         .sum()
-}
-
-/// The values of the input, where neither a note nor its course within the rows states when it had them.
-fn input_of_unknown_timing<'l>(log: &'l Log, data: &PreparedLog) -> Option<&'l [f64]> {
-    let column = data.driven.column();
-    let course_is_known = data.voltage_course.as_ref().is_some_and(|course| course.known != Known::Values);
-    if course_is_known || data.driven == Input::Motion || log.notes().states_timing(column) { None } else { log.column(column) }
-}
-
-/// Applies a convention that no note contradicts; `None` where it does not apply.
-pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Option<PreparationNote> {
-    match convention {
-        Convention::InputAtT => {
-            let is_open = data.input_timing == InputTiming::OverRow && !log.notes().voltage_is_held();
-            let values = input_of_unknown_timing(log, data).filter(|_| is_open)?;
-            data.input_timing = InputTiming::AtT;
-            data.input = voltage::input(values, data.input_timing, &data.segments).into_owned().into();
-            data.voltage_course = VoltageCourse::expected(log, values, data.driven, Known::Values, &data.segments);
-            Some(PreparationNote::AssumedAtT { column: data.driven.column() })
-        }
-        Convention::InputOfRowBefore => {
-            let values = input_of_unknown_timing(log, data).filter(|_| data.input_timing != InputTiming::OverRowBefore)?;
-            data.input_timing = InputTiming::OverRowBefore;
-            data.input = voltage::input(values, data.input_timing, &data.segments).into_owned().into();
-            data.voltage_course = None;
-            Some(PreparationNote::AssumedOfRowBefore { column: data.driven.column() })
-        }
-        Convention::InputMoves => {
-            let is_known = data.input_timing == InputTiming::AtT || data.voltage_course.is_some() || log.notes().voltage_is_held();
-            if is_known || data.driven != Input::Voltage {
-                return None;
-            }
-            data.voltage_course = VoltageCourse::expected(log, &data.input, data.driven, Known::Means, &data.segments);
-            Some(PreparationNote::AssumedToMove { column: data.driven.column() })
-        }
-        Convention::CurrentAtT => {
-            let column = Channel::Current.column();
-            let channel = data.channels.iter_mut().find(|c| c.channel == Channel::Current && !c.instant)?;
-            if log.notes().has_provenance(column) {
-                return None;
-            }
-            channel.instant = true;
-            Some(PreparationNote::AssumedAtT { column })
-        }
-        Convention::RateOverLastRow => {
-            let column = Channel::Rate.column();
-            let dt_s = data.dt_s;
-            let channel =
-                data.channels.iter_mut().find(|c| c.channel == Channel::Rate && c.mean_before_s.is_none() && c.filter_hz.is_none())?;
-            if log.notes().has_provenance(column) {
-                return None;
-            }
-            channel.mean_before_s = Some(dt_s);
-            Some(PreparationNote::AssumedOverLastRow { column, interval_s: dt_s })
-        }
-    }
 }

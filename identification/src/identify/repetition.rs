@@ -5,8 +5,8 @@
 //! System Identification, 2012, section 2.5). A residual above it is an error of the model that returns with the input; a residual near it
 //! is noise, or depends on something that does not repeat.
 
-use super::fit::PreparedLog;
 use crate::model::{Channel, Input};
+use crate::recording::PreparedLog;
 use crate::statistics::series::products_by_shift;
 
 /// An excitation that repeats itself.

@@ -5,10 +5,11 @@
 
 use super::fit::parameters::{DerivativeScalar, Dual};
 use super::fit::simulate::run;
-use super::fit::{FitResult, PreparedLog, build};
+use super::fit::{FitResult, build};
 use super::series::{compared_rows, name_of, series};
 use crate::log::{Column, Log, LogError};
 use crate::model::Model;
+use crate::recording::PreparedLog;
 use drive_model::ParameterKind;
 
 /// Derivatives that one simulation carries, and how many of them are by parameters: the others are by initial states.

@@ -1,7 +1,8 @@
 //! Measured and modelled series of a fit, row by row, for other programs.
 
-use super::fit::{FitResult, PreparedLog};
+use super::fit::FitResult;
 use crate::log::{Axis, Column, Log, LogError};
+use crate::recording::PreparedLog;
 
 /// The rows in which every channel is compared, as a log: time (of several logs one after the other), input, and for each channel the
 /// measured column and, with the suffix `_model`, the modelled one; `held_out` is 1 where the fit did not use the row. An angle is compared

@@ -1,5 +1,6 @@
 //! Errors of log files: each is one line that states file, row, column, the defect and the remedy.
 
+use crate::parameters::NamesParameters;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -193,7 +194,7 @@ pub enum LogErrorKind {
     #[error("“{}” is a hexadecimal number; export decimal numbers", .0.escape_debug())]
     Hexadecimal(String),
     /// The clock is coarser than the rows.
-    #[error("the time repeats in {repeats} of {rows} rows: the clock is coarser than the rows. If the rows are evenly spaced, leave the time out and state their rate: --map NAME=- --sample-rate HZ (about {})", rounded(*rate_Hz))]
+    #[error("the time repeats in {repeats} of {rows} rows: the clock is coarser than the rows. If the rows are evenly spaced, leave the time out (map its column to `-`) and state the sample rate, about {} Hz", rounded(*rate_Hz))]
     CoarseTime {
         /// Rows with the time of the row before.
         repeats: usize,
@@ -259,7 +260,7 @@ pub enum LogErrorKind {
     #[error("another column is mapped to {0} too")]
     MappedTwice(String),
     /// Most rows lack a value.
-    #[error("{missing} of {rows} cells are empty or no numbers; map another column, or leave this one out with --map NAME=-")]
+    #[error("{missing} of {rows} cells are empty or no numbers; map another column, or leave this one out (map it to `-`)")]
     MostlyEmpty {
         /// Cells without a number.
         missing: usize,
@@ -267,11 +268,21 @@ pub enum LogErrorKind {
         rows: usize,
     },
     /// Time and row rate are both stated.
-    #[error("there is a time column and a sample rate; leave the time out with --map NAME=- or state no sample rate")]
+    #[error("there is a time column and a sample rate; leave the time out (map its column to `-`) or state no sample rate")]
     TimeAndRate,
     /// The row rate is no positive number.
     #[error("the sample rate {0} Hz must be positive")]
     SampleRate(f64),
+}
+
+impl NamesParameters for LogErrorKind {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            LogErrorKind::CoarseTime { .. } | LogErrorKind::TimeAndRate => vec!["columns", "sample_rate_Hz"],
+            LogErrorKind::MostlyEmpty { .. } => vec!["columns"],
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// A number with four digits, for a message.

@@ -1,6 +1,6 @@
 //! Ordinary least squares with the covariance estimated from the residuals.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Smallest ratio of the singular values of the scaled columns. Below it, less than seven digits of the coefficients would be significant.
 const MIN_SINGULAR_VALUE_RATIO: f64 = 1e-9;
@@ -55,6 +55,14 @@ impl LeastSquares {
         }
         variance.max(0.0).sqrt()
     }
+}
+
+/// Least squares by the normal equations, for a design whose columns have similar norms: the solution and χ². `None` where the equations
+/// are singular.
+pub fn normal_solution(design: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
+    let solution = Cholesky::new(design.tr_mul(design))?.solve(&design.tr_mul(right));
+    let chi2 = (right - design * &solution).norm_squared();
+    Some((solution, chi2))
 }
 
 /// Fits `y` (n values) by the m columns of `rows` (n × m). `None` for n ≤ m, and for linearly dependent columns.

@@ -7,7 +7,10 @@
 //! [`super::confidence`]). The strengths of flicker noise and random walk relative to white noise are fitted by maximum likelihood, once
 //! without and once with the candidate. So a step is judged against the random walk that explains the rest of the record.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
+
+use identification::statistics::CovarianceRoot;
+use identification::statistics::covariance_root::remove_fitted;
 
 /// Ratios of flicker noise and random walk to white noise in a block, where the search begins.
 const RATIOS: [f64; 8] = [0.0, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4];
@@ -110,19 +113,12 @@ impl Increments {
 
     fn node(&self, ratios: [f64; 2], fitted: &[DVector<f64>], candidates: &[DVector<f64>]) -> Option<Node> {
         let [white, flicker, walk] = &self.parts;
-        let root = Cholesky::<f64, Dyn>::new(white + flicker * ratios[0] + walk * ratios[1])?.l();
-        let ln_determinant = 2.0 * root.diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let root = CovarianceRoot::of_sum(&[(white, 1.0), (flicker, ratios[0]), (walk, ratios[1])])?;
+        let ln_determinant = root.ln_determinant();
         let columns: Vec<DVector<f64>> = std::iter::once(&self.values).chain(fitted).chain(candidates).cloned().collect();
-        let mut whitened = root.solve_lower_triangular(&DMatrix::from_columns(&columns))?;
+        let mut whitened = root.whiten(&DMatrix::from_columns(&columns))?;
         let sizes: Vec<f64> = whitened.column_iter().map(|column| column.norm_squared()).collect();
-        // Gram and Schmidt: what the fitted columns explain is removed from all others.
-        for k in 1..=fitted.len() {
-            let unit = whitened.column(k).normalize();
-            for j in (0..whitened.ncols()).filter(|j| *j == 0 || *j > k) {
-                let part = unit.dot(&whitened.column(j));
-                whitened.column_mut(j).axpy(-part, &unit, 1.0);
-            }
-        }
+        remove_fitted(&mut whitened, 1..1 + fitted.len());
         let count = self.values.len() as f64;
         let rest = whitened.column(0).into_owned();
         let squares = rest.norm_squared();

@@ -1,6 +1,7 @@
 //! Errors of an Allan analysis.
 
 use identification::log::LogError;
+use identification::parameters::NamesParameters;
 
 /// An error of the input.
 #[derive(Debug, thiserror::Error)]
@@ -48,13 +49,22 @@ pub enum AllanError {
         why: Still,
     },
     /// An invalid time range.
-    #[error("--from {from_s} --to {to_s}: the times must be finite and --to later than --from")]
+    #[error("time range {from_s} s to {to_s} s: both must be finite, and the end later than the begin")]
     Window {
         /// Begin, s.
         from_s: f64,
         /// End, s.
         to_s: f64,
     },
+}
+
+impl NamesParameters for AllanError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            AllanError::Window { .. } => vec!["from_s", "to_s"],
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// A column without noise.

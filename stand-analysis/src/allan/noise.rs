@@ -17,7 +17,10 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
+
+use identification::statistics::CovarianceRoot;
+use identification::statistics::least_squares::normal_solution;
 
 use super::confidence::{Covariance, Squares, expected, parts};
 use super::deviation::Variance;
@@ -126,7 +129,7 @@ struct Likelihood<'a> {
 struct Whitened {
     means: Vec<f64>,
     ratios: DVector<f64>,
-    root: DMatrix<f64>,
+    root: CovarianceRoot,
 }
 
 impl Likelihood<'_> {
@@ -151,12 +154,10 @@ impl Likelihood<'_> {
     fn solution(&self, squares: Squares, whitened: &Whitened) -> Option<Solution> {
         let Whitened { means, ratios, root } = whitened;
         // Mean of the cube root: 1 − 2/(9 ν), and 2/(9 ν) is its variance.
-        let variance = |i: usize| root.row(i).norm_squared();
-        let off = DVector::from_fn(ratios.len(), |i, _| ratios[i] - 1.0 + variance(i));
-        let chi2 = root.solve_lower_triangular(&off)?.norm_squared();
-        let ln_determinant: f64 = 2.0 * root.diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let off = DMatrix::from_fn(ratios.len(), 1, |i, _| ratios[i] - 1.0 + root.variance(i));
+        let chi2 = root.whiten(&off)?.norm_squared();
         let ln_means: f64 = means.iter().map(|mean| mean.ln()).sum::<f64>() * 2.0 / 3.0;
-        let minus_2_ln = chi2 + ln_determinant + ln_means;
+        let minus_2_ln = chi2 + root.ln_determinant() + ln_means;
         minus_2_ln.is_finite().then_some(Solution { squares, minus_2_ln, chi2 })
     }
 
@@ -203,11 +204,11 @@ impl Likelihood<'_> {
     fn step(&self, squares: &Squares, held: Held) -> Option<Squares> {
         let Whitened { means, ratios, root } = self.whitened(squares)?;
         let slope = |i: usize, p: usize| ratios[i] / 3.0 * parts(self.points[i].factor)[p] / means[i];
-        let columns = root.solve_lower_triangular(&DMatrix::from_fn(means.len(), 5, slope))?;
-        let off = DVector::from_fn(means.len(), |i, _| {
+        let columns = root.whiten(&DMatrix::from_fn(means.len(), 5, slope))?;
+        let off = DMatrix::from_fn(means.len(), 1, |i, _| {
             ratios[i] - 1.0 + (0..5).filter(|p| held & 1 << p == 0).map(|p| slope(i, p) * squares[p]).sum::<f64>()
         });
-        let right = root.solve_lower_triangular(&off)?;
+        let right = root.whiten(&off)?.column(0).into_owned();
         let mut best: Option<(f64, Squares)> = None;
         // The subset of positive squares is the best of all subsets whose solution is positive.
         for set in (1..32_u32).filter(|set| set & held == 0 && (set.count_ones() as usize) < means.len()) {
@@ -334,9 +335,7 @@ fn least_squares(columns: &DMatrix<f64>, right: &DVector<f64>, set: u32) -> Opti
     // Columns are normalised: their norms differ by many orders of magnitude.
     let sizes: Vec<f64> = chosen.iter().map(|p| columns.column(*p).norm()).collect();
     let design = DMatrix::from_fn(right.len(), chosen.len(), |i, k| columns[(i, chosen[k])] / sizes[k]);
-    let normal = Cholesky::new(design.tr_mul(&design))?;
-    let solution = normal.solve(&design.tr_mul(right));
-    let chi2 = (right - &design * &solution).norm_squared();
+    let (solution, chi2) = normal_solution(&design, right)?;
     let mut squares = [0.0; 5];
     for (k, p) in chosen.iter().enumerate() {
         squares[*p] = solution[k] / sizes[k];
@@ -346,10 +345,10 @@ fn least_squares(columns: &DMatrix<f64>, right: &DVector<f64>, set: u32) -> Opti
 
 /// Cholesky factor of a covariance matrix; its diagonal is increased by rounding errors at most. A greater increase would change with the
 /// squares, and with it the determinant: the likelihood would have maxima where the matrix is singular.
-fn root(covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
+fn root(covariance: DMatrix<f64>) -> Option<CovarianceRoot> {
     [0.0, 1e-9, 1e-6].iter().find_map(|loosen| {
         let mut tried = covariance.clone();
         (0..tried.nrows()).for_each(|i| tried[(i, i)] *= 1.0 + loosen);
-        Cholesky::<f64, Dyn>::new(tried).map(|c| c.l())
+        CovarianceRoot::of(tried)
     })
 }

@@ -198,7 +198,7 @@ pub enum CalibrateError {
     },
     /// Crystal and clock reference differ by more than their bounds.
     #[error(
-        "clock: by the reference `{reference}` the crystal of the stand is off by {error_ppm:+.1} ppm, but the session states ± {crystal_ppm} ppm for the crystal and ± {reference_ppm} ppm for the reference; correct known.crystal_ppm or [clock_reference] in the session.toml of the folder, whichever is wrong, and evaluate with --from"
+        "clock: by the reference `{reference}` the crystal of the stand is off by {error_ppm:+.1} ppm, but the session states ± {crystal_ppm} ppm for the crystal and ± {reference_ppm} ppm for the reference; correct known.crystal_ppm or [clock_reference] in the session.toml of the folder, whichever is wrong, and evaluate the folder again"
     )]
     ClocksDisagree {
         /// Name of the reference.
@@ -212,7 +212,7 @@ pub enum CalibrateError {
     },
     /// More than 10 % of the edges on the input of the clock reference are not pulses of one sequence.
     #[error(
-        "clock: {rejected} edges on the input of the reference `{reference}` are not a whole number of seconds from a pulse, {pulses} are: interference, a reference that was interrupted for more than 40 s or changed its phase, or a crystal that is off by more than 200 ppm, beyond the ± {crystal_ppm} ppm of the session; without [clock_reference] in the session.toml of the folder --from evaluates with this bound, unchecked"
+        "clock: {rejected} edges on the input of the reference `{reference}` are not a whole number of seconds from a pulse, {pulses} are: interference, a reference that was interrupted for more than 40 s or changed its phase, or a crystal that is off by more than 200 ppm, beyond the ± {crystal_ppm} ppm of the session; an evaluation of the folder without [clock_reference] in its session.toml uses this bound, unchecked"
     )]
     ReferenceRejected {
         /// Name of the reference.

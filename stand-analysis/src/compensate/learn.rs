@@ -6,6 +6,7 @@
 //! torques are scaled so that the voltage equals the model's. Other torques (for example a ripple proportional to the current) are not
 //! compensated and are listed.
 
+use identification::parameters::NamesParameters;
 use std::f64::consts::TAU;
 
 use drive_model::{Compensation as Rule, Domain, cards};
@@ -45,7 +46,7 @@ pub enum NotCompensated {
 pub enum LearnError {
     /// The angle zero is unknown.
     #[error(
-        "{model}: the phases of {} need a known angle zero; give the log of the fit with --log (it must have the note \
+        "{model}: the phases of {} need a known angle zero; give the log of the fit (it must have the note \
          `theta_zero: index`)",
         .effects.join(", ")
     )]
@@ -58,7 +59,7 @@ pub enum LearnError {
     /// The angle zero is not the index.
     #[error(
         "{log}: the angle is not counted from the index ({}), so the phases of {model} cannot be used; record a log with \
-         `theta_zero: index` and fit the model to it, or let the stand measure its cogging (--measure-cogging)",
+         `theta_zero: index` and fit the model to it, or let the stand measure its cogging",
         .note.as_ref().map_or("there is no note theta_zero".to_owned(), |note| format!("theta_zero: {note}"))
     )]
     ZeroElsewhere {
@@ -83,6 +84,16 @@ pub enum LearnError {
         /// File name of the model.
         model: String,
     },
+}
+
+impl NamesParameters for LearnError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            LearnError::ZeroUnknown { .. } => vec!["log"],
+            LearnError::ZeroElsewhere { .. } => vec!["measure_cogging"],
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// Effects whose torque the firmware compensates.

@@ -4,6 +4,7 @@
 //! index, so a stand that has not seen its index is rejected. The platform turns before and after the change ([`super::trial`]). If the
 //! ripple is larger after, if the stand rejects a command, or if the second run fails, the previous compensation is restored.
 
+use identification::parameters::NamesParameters;
 use stand_firmware::compensation::Compensation;
 use stand_firmware::config::ConfigError;
 use stand_firmware::settings::Kept;
@@ -71,6 +72,15 @@ pub enum SerialCompensationError {
     /// The test run after the change failed.
     #[error("{0}; the previous compensation was restored")]
     TrialAfter(TrialError),
+}
+
+impl NamesParameters for SerialCompensationError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            SerialCompensationError::Learn(error) => error.parameters(),
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// How a compensation is written.

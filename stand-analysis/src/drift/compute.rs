@@ -100,11 +100,10 @@ pub fn measurement(logs: &[Log], settings: &DriftSettings) -> Result<Measurement
 
 fn add_log(log: &Log, settings: &DriftSettings, offset_s: f64, all: &mut Measurement) -> Result<(), DriftError> {
     let name = log.path().display().to_string();
-    let missing = |note, option| DriftError::Note { log: name.clone(), note, option };
-    let gain = number(log, settings.angle_gain_V_rad, "angle_gain_V_rad", 1e-9, 1e12)?
-        .ok_or_else(|| missing("angle_gain_V_rad", "--angle-gain"))?;
+    let missing = |note| DriftError::Note { log: name.clone(), note };
+    let gain = number(log, settings.angle_gain_V_rad, "angle_gain_V_rad", 1e-9, 1e12)?.ok_or_else(|| missing("angle_gain_V_rad"))?;
     let torquer = number(log, settings.torquer_gain_rad_s_A, "torquer_gain_rad_s_A", 1e-12, 1e6)?;
-    let pulse_s = number(log, settings.pulse_s, "pulse_s", 1e-3, 1e5)?.ok_or_else(|| missing("pulse_s", "--pulse"))?;
+    let pulse_s = number(log, settings.pulse_s, "pulse_s", 1e-3, 1e5)?.ok_or_else(|| missing("pulse_s"))?;
     let limit_V = number(log, settings.angle_limit_V, "angle_limit_V", 1e-9, 1e9)?;
     let dt_s = log.median_dt_s();
     let samples = (pulse_s / dt_s).round();

@@ -1,6 +1,7 @@
 //! Errors of the drift measurement. `report` adds the reasons that are data: defect, parameters, why no cycle was found.
 
 use super::cycle::CycleDefect;
+use identification::parameters::NamesParameters;
 
 /// Why the input gives no drift.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -11,7 +12,7 @@ pub enum DriftError {
     /// A number out of its range.
     #[error("{name} = {value}: must be a number from {min} to {max}")]
     Number {
-        /// Its name, as given by the user.
+        /// Its name.
         name: String,
         /// The number.
         value: f64,
@@ -22,7 +23,7 @@ pub enum DriftError {
     },
     /// Two amplitudes of the pulses are too similar.
     #[error(
-        "--rate {rate}: amplitudes must differ by at least {:.0} % to determine the inequality of the torquer", 100.0 * (.min_ratio - 1.0)
+        "amplitude {rate}: amplitudes must differ by at least {:.0} % to determine the inequality of the torquer", 100.0 * (.min_ratio - 1.0)
     )]
     SimilarAmplitudes {
         /// The amplitude, in the user's unit.
@@ -32,9 +33,8 @@ pub enum DriftError {
     },
     /// The measured horizontal rate disagrees with the latitude.
     #[error(
-        "the measured horizontal Earth rate, {measured_deg_h:.4} ± {expanded_deg_h:.4} °/h, disagrees with the {expected_deg_h:.4} °/h of --latitude \
-         {latitude_deg}: check the latitude, the angles of the positions and the gain of the angle sensor (--latitude-error, --gain-error, --level-error \
-         state what is not known exactly)"
+        "the measured horizontal Earth rate, {measured_deg_h:.4} ± {expanded_deg_h:.4} °/h, disagrees with the {expected_deg_h:.4} °/h of the \
+         latitude {latitude_deg}°: check the latitude, the angles of the positions and the gain of the angle sensor, or state how exactly they are known"
     )]
     LatitudeDisagrees {
         /// Latitude given, degrees.
@@ -54,15 +54,13 @@ pub enum DriftError {
         /// The column.
         column: String,
     },
-    /// A note and its option are missing.
-    #[error("{log}: no note `{note}`; give {option}")]
+    /// A parameter is neither given nor a note of the log.
+    #[error("{log}: no note `{note}`, and no value is given")]
     Note {
         /// The log.
         log: String,
-        /// The note.
+        /// The note, which has the name of the parameter.
         note: &'static str,
-        /// The option.
-        option: &'static str,
     },
     /// A note is not a number.
     #[error("{log}: note `{note}`: `{text}` is not a number")]
@@ -116,7 +114,7 @@ pub enum DriftError {
         positions: usize,
     },
     /// A raised axis needs the latitude.
-    #[error("the sensitive axis is raised: --latitude is needed to correct the Earth's rotation")]
+    #[error("the sensitive axis is raised: the latitude is needed to correct the Earth's rotation")]
     RaisedWithoutLatitude,
     /// Three axes need two positions half a turn apart.
     #[error("three axes need two positions, 180° apart")]
@@ -157,6 +155,19 @@ pub enum DriftError {
         /// The column.
         column: &'static str,
     },
+}
+
+impl NamesParameters for DriftError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            DriftError::Number { name, .. } => vec![name],
+            DriftError::Note { note, .. } => vec![note],
+            DriftError::SimilarAmplitudes { .. } => vec!["rate_rad_s"],
+            DriftError::LatitudeDisagrees { .. } => vec!["latitude_deg", "latitude_error_rad", "gain_error", "level_error_rad"],
+            DriftError::RaisedWithoutLatitude => vec!["latitude_deg"],
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// A parameter of the fit over positions.

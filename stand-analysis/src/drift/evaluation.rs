@@ -65,7 +65,7 @@ impl Measurement {
         let earth = self.latitude_deg.map(|latitude| EarthRate::at(latitude, self.uncertainties.latitude_error_rad)).transpose()?;
         let raw: Rate<'_> = &|cycle| cycle.integral.drift_rad_s();
         let (corrected, uncorrected) = if self.has_three_axes {
-            let earth = earth.ok_or_else(|| DriftError::Note { log: self.name.clone(), note: "latitude_deg", option: "--latitude" })?;
+            let earth = earth.ok_or_else(|| DriftError::Note { log: self.name.clone(), note: "latitude_deg" })?;
             (self.separate_three(&earth, &Cycle::rate_rad_s, true)?, check().and_then(|()| self.separate_three(&earth, raw, false))?)
         } else {
             (

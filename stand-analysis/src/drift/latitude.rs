@@ -30,7 +30,7 @@ impl EarthRate {
     /// # Errors
     /// A latitude out of range.
     pub fn at(latitude_deg: f64, latitude_error_rad: f64) -> Result<Self, DriftError> {
-        within("--latitude", latitude_deg, -90.0, 90.0)?;
+        within("latitude_deg", latitude_deg, -90.0, 90.0)?;
         let (sin, cos) = latitude_deg.to_radians().sin_cos();
         Ok(Self {
             latitude_deg,

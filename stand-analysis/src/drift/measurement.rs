@@ -109,12 +109,12 @@ impl SetupUncertainties {
     /// # Errors
     /// A value out of its range.
     pub fn checked(self) -> Result<Self, DriftError> {
-        within("--turn-error", self.turn_error_rad, 0.0, 1.0)?;
-        within("--level-error", self.level_error_rad, 0.0, 1.0)?;
-        within("--gain-error", self.gain_error, 0.0, 1.0)?;
-        within("--torquer-gain-error", self.torquer_gain_error, 0.0, 1.0)?;
-        within("--latitude-error", self.latitude_error_rad, 0.0, 1.0)?;
-        within("--torquer-asymmetry", self.torquer_asymmetry, 0.0, 1.0)?;
+        within("turn_error_rad", self.turn_error_rad, 0.0, 1.0)?;
+        within("level_error_rad", self.level_error_rad, 0.0, 1.0)?;
+        within("gain_error", self.gain_error, 0.0, 1.0)?;
+        within("torquer_gain_error", self.torquer_gain_error, 0.0, 1.0)?;
+        within("latitude_error_rad", self.latitude_error_rad, 0.0, 1.0)?;
+        within("torquer_asymmetry", self.torquer_asymmetry, 0.0, 1.0)?;
         Ok(self)
     }
 

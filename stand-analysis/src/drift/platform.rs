@@ -149,9 +149,9 @@ pub fn cycle(start_s: f64, gyro_rad_s: &[f64], theta_rad: &[f64], pulse_s: f64) 
 pub fn of_log(log: &Log, settings: PlatformSettings) -> Result<PlatformResult, DriftError> {
     let name = || log.path().display().to_string();
     if let Some(pulse_s) = settings.pulse_s {
-        within("--pulse", pulse_s, 1e-3, 1e5)?;
+        within("pulse_s", pulse_s, 1e-3, 1e5)?;
     }
-    let earth_rad_s = settings.latitude_deg.map(|latitude| within("--latitude", latitude, -90.0, 90.0)).transpose()?;
+    let earth_rad_s = settings.latitude_deg.map(|latitude| within("latitude_deg", latitude, -90.0, 90.0)).transpose()?;
     let earth_rad_s = earth_rad_s.map(|latitude| EARTH_RAD_S * latitude.to_radians().sin());
     let column = |column: &'static str| log.column(column).ok_or_else(|| DriftError::PlatformColumn { log: name(), column });
     let (gyro, theta) = (column("gyro_rad_s")?, column("theta_rad")?);

@@ -61,10 +61,10 @@ pub fn line_error_rad_s(line: &SpectralLine, pulse_s: f64) -> f64 {
 /// The column or K_k is missing, the log is too short, a number is out of its range.
 pub fn advise(log: &Log, gain_V_rad: Option<f64>, wanted_s: f64) -> Result<PulseAdvice, DriftError> {
     let name = || log.path().display().to_string();
-    let missing = || DriftError::Note { log: name(), note: "angle_gain_V_rad", option: "--angle-gain" };
+    let missing = || DriftError::Note { log: name(), note: "angle_gain_V_rad" };
     let gain_V_rad = gain_V_rad.or(log.notes().number("angle_gain_V_rad")).ok_or_else(missing)?;
-    within("--angle-gain", gain_V_rad, 1e-9, 1e12)?;
-    within("--pulse", wanted_s, 1e-3, 1e5)?;
+    within("angle_gain_V_rad", gain_V_rad, 1e-9, 1e12)?;
+    within("pulse_s", wanted_s, 1e-3, 1e5)?;
     let volts = log.column("angle_sensor_V").ok_or_else(|| DriftError::Column { log: name(), column: "angle_sensor_V".into() })?;
     let longest = log.segments().into_iter().max_by_key(|rows| rows.len()).unwrap_or(0..0);
     let dt_s = log.median_dt_s();

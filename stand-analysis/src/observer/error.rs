@@ -1,5 +1,6 @@
 //! Reasons why an observer cannot be designed.
 
+use identification::parameters::NamesParameters;
 use stand_firmware::config::ConfigError;
 
 /// An error of an observer request.
@@ -125,10 +126,25 @@ pub enum ObserverError {
         /// Half the sampling rate, Hz.
         nyquist_Hz: f64,
     },
-    /// A command-line option out of range: the message.
-    #[error("{0}")]
-    Option(String),
+    /// An uncertainty of the roll channel or the element is no number from 0.
+    #[error("{name} = {value}: must be a number from 0")]
+    Uncertainty {
+        /// The uncertainty.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// The vibration correction needs the four-state element.
     #[error("the vibration correction uses the four-state element: give a model with [four_state]")]
     NotFourState,
+}
+
+impl NamesParameters for ObserverError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            ObserverError::Uncertainty { name, .. } => vec![name],
+            ObserverError::VibrationRange { .. } => vec!["vibration_Hz"],
+            _ => Vec::new(),
+        }
+    }
 }

@@ -6,6 +6,7 @@
 //! `moment_N_m` are the truth. Means and rms errors are over the rows after ten time constants of the slowest pole. The uncertainty of the
 //! mean moment follows from the scatter of block means; the parameters of the element are taken as exact.
 
+use identification::parameters::NamesParameters;
 use std::path::Path;
 
 use hal_sim::peripherals::Noise;
@@ -95,7 +96,7 @@ pub enum TrackError {
         row: usize,
     },
     /// The current is asked for and missing.
-    #[error("{log}: --torquer needs the column torquer_A")]
+    #[error("{log}: the moment of the torquer needs the column torquer_A")]
     NoCurrent {
         /// The log.
         log: String,
@@ -103,6 +104,16 @@ pub enum TrackError {
     /// The design has no discrete form.
     #[error("the observer has no discrete form")]
     NotDiscrete,
+}
+
+impl NamesParameters for TrackError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            TrackError::Log(error) => error.parameters(),
+            TrackError::NoCurrent { .. } => vec!["torquer_N_m_A"],
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// Interval of the rows of a log, s, for the design of its observer.

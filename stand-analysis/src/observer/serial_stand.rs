@@ -1,5 +1,6 @@
 //! An observer design written into a stand behind a serial port, by console commands that the stand checks.
 
+use identification::parameters::NamesParameters;
 use std::time::{Duration, Instant};
 
 use stand_firmware::gyro_loop::observer::MAX_STATES;
@@ -37,12 +38,10 @@ pub enum TransferError {
     #[error("the design has no discrete form, so it cannot be written into a stand")]
     NotDiscrete,
     /// The step differs from the stand's.
-    #[error(
-        "--port: the observer of the stand runs at a step of {ROW_INTERVAL_S} s; design it with --step {ROW_INTERVAL_S} instead of {0}"
-    )]
+    #[error("the observer of the stand runs at a step of {ROW_INTERVAL_S} s: design it with this step instead of {0} s")]
     Step(f64),
     /// More gains than states.
-    #[error("--regulator: {gains} gains for {states} states; give at most one gain for each state")]
+    #[error("regulator: {gains} gains for {states} states; give at most one gain for each state")]
     TooManyGains {
         /// Gains given.
         gains: usize,
@@ -51,7 +50,7 @@ pub enum TransferError {
     },
     /// The regulator makes the closed loop unstable.
     #[error(
-        "--regulator: the closed loop at the stand's step has a pole of magnitude {radius:.6}, on or outside the unit circle: feedback would be unstable; nothing \
+        "regulator: the closed loop at the stand's step has a pole of magnitude {radius:.6}, on or outside the unit circle: feedback would be unstable; nothing \
          was sent"
     )]
     UnstableLoop {
@@ -59,7 +58,7 @@ pub enum TransferError {
         radius: f64,
     },
     /// The torquer's constant is not positive.
-    #[error("--torquer {0}: must be above 0 N m/A")]
+    #[error("torquer_N_m_A = {0}: must be above 0 N m/A")]
     Torquer(f64),
     /// The observer has more states than the stand's.
     #[error("the observer has {0} states; the stand takes at most {MAX_STATES}")]
@@ -70,6 +69,17 @@ pub enum TransferError {
         /// The port.
         port: String,
     },
+}
+
+impl NamesParameters for TransferError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            TransferError::Step(_) => vec!["step_s"],
+            TransferError::TooManyGains { .. } | TransferError::UnstableLoop { .. } => vec!["regulator"],
+            TransferError::Torquer(_) => vec!["torquer_N_m_A"],
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// Writes the design into the stand and switches its observer on; the phase of the observer afterwards.

@@ -73,14 +73,14 @@ impl VibrationUncertainties {
     /// A value that is negative or not finite.
     pub fn checked(self) -> Result<Self, ObserverError> {
         let all = [
-            ("--gamma-gain-error", self.gamma_gain),
-            ("--gamma-delay-error", self.gamma_delay_s),
-            ("--gamma-misalignment", self.gamma_misalignment_rad),
-            ("--gamma-offset", self.gamma_offset_rad),
-            ("--element-error", self.element),
+            ("gamma_gain", self.gamma_gain),
+            ("gamma_delay_s", self.gamma_delay_s),
+            ("gamma_misalignment_rad", self.gamma_misalignment_rad),
+            ("gamma_offset_rad", self.gamma_offset_rad),
+            ("element", self.element),
         ];
         match all.into_iter().find(|(_, u)| !(u.is_finite() && *u >= 0.0)) {
-            Some((name, _)) => Err(ObserverError::Option(format!("{name}: must be a number from 0"))),
+            Some((name, value)) => Err(ObserverError::Uncertainty { name, value }),
             None => Ok(self),
         }
     }

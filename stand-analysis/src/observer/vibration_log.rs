@@ -3,6 +3,7 @@
 use super::vibration::{Compensated, Measured, VibrationUncertainties, compensate};
 use super::{Element, Kind, ObserverError, Plant, Poles, Request, Warning};
 use identification::log::Log;
+use identification::parameters::NamesParameters;
 
 /// Columns beside those of every log.
 pub const COLUMNS: [&str; 4] = ["alpha_rad", "gamma_rad", "alpha_rate_rad_s", "beta_rate_rad_s"];
@@ -29,7 +30,7 @@ pub enum VibrationLogError {
         row: usize,
     },
     /// The gain of the angle sensor is unknown.
-    #[error("{log}: the log has no note `angle_gain_V_rad`; give --angle-gain")]
+    #[error("{log}: no note `angle_gain_V_rad`, and no value is given")]
     NoGain {
         /// The log.
         log: String,
@@ -54,6 +55,16 @@ pub enum VibrationLogError {
         /// Cause.
         source: ObserverError,
     },
+}
+
+impl NamesParameters for VibrationLogError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            VibrationLogError::NoGain { .. } | VibrationLogError::Gain(_) => vec!["angle_gain_V_rad"],
+            VibrationLogError::Design(error) | VibrationLogError::Correction { source: error, .. } => error.parameters(),
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// A corrected log.

@@ -5,8 +5,9 @@ use crate::html::{Class, Markup, Page};
 use crate::plot::{Axis, HALF_WIDTH, Plot, with_margin};
 use crate::residual_plots::{self, Line};
 use crate::unit;
-use identification::identify::fit::prepared_log::ComparedChannel;
-use identification::identify::fit::{ChannelFit, PreparedLog};
+use identification::identify::fit::ChannelFit;
+use identification::recording::PreparedLog;
+use identification::recording::prepared_log::ComparedChannel;
 use identification::statistics::Extremes;
 use identification::statistics::series::{autocorrelation, histogram};
 

@@ -9,8 +9,8 @@ use crate::json::{Entries, is_false, value};
 use crate::misfits::MisfitJson;
 use crate::{column, unit};
 use identification::identify::fit::ChannelFit;
-use identification::identify::fit::prepared_log::ANGLE_INCREMENT_S;
 use identification::log::Axis;
+use identification::recording::prepared_log::ANGLE_INCREMENT_S;
 
 /// Answer of `stand compare`.
 #[derive(Serialize)]

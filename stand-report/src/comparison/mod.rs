@@ -23,10 +23,11 @@ pub use text::text;
 
 use super::log_warnings;
 use identification::identify::evaluation::{Evaluated, EvaluationRemark};
-use identification::identify::fit::{FitResult, PreparedLog};
+use identification::identify::fit::FitResult;
 use identification::identify::residual::Misfit;
 use identification::log::Log;
 use identification::model::Model;
+use identification::recording::PreparedLog;
 
 /// A comparison or a fit, ready to be reported.
 pub struct Comparison<'a> {

@@ -8,9 +8,10 @@ use super::misfit_plots::{after_reversals, order_shares, strongest};
 use crate::coordinates::{CoordinateAxis, coordinates};
 use crate::json::{Entries, value};
 use crate::{column, unit};
-use identification::identify::fit::{ChannelFit, FitResult, PreparedLog};
+use identification::identify::fit::{ChannelFit, FitResult};
 use identification::identify::residual::plot_data::ResidualPlotData;
 use identification::log::Log;
+use identification::recording::PreparedLog;
 use identification::statistics::bins::{Bin, binned};
 
 #[derive(Serialize)]

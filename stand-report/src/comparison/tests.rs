@@ -4,11 +4,12 @@ use crate::{Style, bad_log_html, bad_log_json, bad_log_text, sparkline};
 use drive_model::Coordinate;
 use identification::identify::evaluation::EvaluationRemark;
 use identification::identify::fit::InitialStates;
-use identification::identify::fit::prepared_log::ComparedChannel;
-use identification::identify::fit::voltage::InputTiming;
-use identification::identify::fit::{ChannelFit, FitResult, Parameters, PreparedLog, Unidentifiable, build};
+use identification::identify::fit::{ChannelFit, FitResult, Parameters, Unidentifiable, build};
 use identification::log::{Column, Log};
 use identification::model::{Channel, Model};
+use identification::recording::PreparedLog;
+use identification::recording::prepared_log::ComparedChannel;
+use identification::recording::voltage::InputTiming;
 use serde_json::Value;
 
 /// A log of a sine at 100 Hz.
@@ -69,7 +70,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
         segments: log.segments(),
         channels: vec![compared(Channel::Rate), compared(Channel::Angle)],
         dt_s: 0.01,
-        held_out: Some(identification::identify::fit::prepared_log::held_out_rows(log.t_s(), &log.segments(), &[])),
+        held_out: Some(identification::recording::prepared_log::held_out_rows(log.t_s(), &log.segments(), &[])),
         budget: identification::budget::Budget::default(),
     }
 }

@@ -10,9 +10,9 @@ use crate::html::{Cell, Class, Markup, Page, Table};
 use crate::residual_plots::{self, Line};
 use crate::{column, fitted_quantity, log_entries, log_warnings, misfits, numbers, unit};
 use identification::identify::explain::{Explanation, Stage, Verdict};
-use identification::identify::fit::PreparedLog;
 use identification::identify::residual::harmonics::Spectrum;
 use identification::identify::residual::plot_data::ResidualPlotData;
+use identification::recording::PreparedLog;
 
 /// The page.
 pub fn explain_html(e: &Explanation) -> String {

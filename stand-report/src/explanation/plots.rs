@@ -7,8 +7,8 @@ use crate::residual_plots::coordinate_axis;
 use crate::{column, numbers, quantity, unit};
 use identification::identify::explain::{Explanation, Shape};
 use identification::identify::fit::ChannelFit;
-use identification::identify::fit::prepared_log::ComparedChannel;
 use identification::identify::residual::harmonics::Spectrum;
+use identification::recording::prepared_log::ComparedChannel;
 use identification::statistics::Extremes;
 
 /// Harmonic orders that are drawn; more are drawn only where one is significant.

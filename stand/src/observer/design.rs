@@ -41,7 +41,7 @@ impl From<TransferError> for CliError {
     fn from(error: TransferError) -> Self {
         match error {
             TransferError::Link(error) => error.into(),
-            other => CliError::Input(other.to_string()),
+            other => CliError::of_parameters(&other),
         }
     }
 }

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use crate::error::CliError;
-use stand_analysis::observer::{DEFAULT_INTEGRAL_ROW, Kind, ObserverError, Plant, Poles, Request};
+use stand_analysis::observer::{DEFAULT_INTEGRAL_ROW, Kind, Plant, Poles, Request};
 
 /// The element.
 #[derive(Debug, Clone, Args)]
@@ -73,22 +73,22 @@ pub(super) struct DesignOptions {
 
 impl DesignOptions {
     /// The design request; `kind` is the kind where the option is missing.
-    pub(super) fn request(&self, plant: Plant, kind: Option<ObserverKind>, step_s: Option<f64>) -> Result<Request, ObserverError> {
+    pub(super) fn request(&self, plant: Plant, kind: Option<ObserverKind>, step_s: Option<f64>) -> Result<Request, CliError> {
         let poles = self.poles.as_deref().map(Poles::parse).transpose()?;
         let poles = poles.unwrap_or_else(|| Poles::Binomial(self.omega.unwrap_or(plant.default_omega_1_s())));
         let kind = self.kind.or(kind).map_or(Kind::usual(&plant), |kind| kind.with(DEFAULT_INTEGRAL_ROW, None));
         let kind = kind
             .with_integral(self.row, self.integral_gain)
-            .ok_or_else(|| ObserverError::Option(format!("--row and --integral-gain apply to --kind integral, not to {}", kind.name())))?;
+            .ok_or_else(|| CliError::Input(format!("--row and --integral-gain apply to --kind integral, not to {}", kind.name())))?;
         let vibration_Hz = check_vibration(self.vibration_hz)?;
         Ok(Request { plant, poles, kind, step_s, vibration_Hz })
     }
 }
 
 /// The frequency of the option `--vibration-hz`.
-pub(super) fn check_vibration(vibration_Hz: Option<f64>) -> Result<Option<f64>, ObserverError> {
+pub(super) fn check_vibration(vibration_Hz: Option<f64>) -> Result<Option<f64>, CliError> {
     if vibration_Hz.is_some_and(|f| !(f.is_finite() && f > 0.0)) {
-        return Err(ObserverError::Option("--vibration-hz must be above 0".to_owned()));
+        return Err(CliError::Input("--vibration-hz must be above 0".to_owned()));
     }
     Ok(vibration_Hz)
 }

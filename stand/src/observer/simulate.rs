@@ -10,7 +10,7 @@ use crate::output::{Overwrite, ReportOutput};
 use stand_analysis::observer::moment::{Harmonic, Moment, Random};
 use stand_analysis::observer::recorded::{RecordError, simulate_log};
 use stand_analysis::observer::side_by_side::{ClosedLoop, simulate};
-use stand_analysis::observer::{Disturbance, ObserverError, Regulator, SideBySide};
+use stand_analysis::observer::{Disturbance, Regulator, SideBySide};
 use stand_report::observer::{simulate_html, simulate_json, simulate_text};
 
 /// Simulate a static and an astatic observer side by side.
@@ -99,22 +99,22 @@ impl Simulate {
         self.output.html(|| simulate_html(&beside))
     }
 
-    fn disturbing_moment(&self) -> Result<Moment, ObserverError> {
+    fn disturbing_moment(&self) -> Result<Moment, CliError> {
         let positive = |name: &str, value: f64| {
             let is_valid = value.is_finite() && value > 0.0;
-            is_valid.then_some(value).ok_or_else(|| ObserverError::Option(format!("{name} {value}: must be above 0")))
+            is_valid.then_some(value).ok_or_else(|| CliError::Input(format!("{name} {value}: must be above 0")))
         };
         let two = |name: &str, numbers: &[f64]| match numbers {
             [] => Ok(None),
             [first, second] => Ok(Some((positive(name, *first)?, positive(name, *second)?))),
-            _ => Err(ObserverError::Option(format!("{name}: give two numbers, separated by a comma"))),
+            _ => Err(CliError::Input(format!("{name}: give two numbers, separated by a comma"))),
         };
         let harmonic = two("--moment-harmonic", &self.moment_harmonic)?;
         let random = two("--moment-random", &self.moment_random)?;
         if let Some((_, frequency_Hz)) = harmonic
             && frequency_Hz * self.step > 0.1
         {
-            return Err(ObserverError::Option(format!(
+            return Err(CliError::Input(format!(
                 "--moment-harmonic: {frequency_Hz} Hz needs a --step below {} s, ten steps of a period",
                 0.1 / frequency_Hz
             )));
@@ -126,7 +126,7 @@ impl Simulate {
         })
     }
 
-    fn check_values(&self) -> Result<(), ObserverError> {
+    fn check_values(&self) -> Result<(), CliError> {
         let numbers = [
             ("--angle", self.angle),
             ("--moment", self.moment),
@@ -135,17 +135,17 @@ impl Simulate {
         ];
         for (name, value) in numbers {
             if !value.is_finite() {
-                return Err(ObserverError::Option(format!("{name} {value} is not a finite number")));
+                return Err(CliError::Input(format!("{name} {value} is not a finite number")));
             }
         }
         let times = [("--seconds", self.seconds, 1e-3), ("--step", self.step, 1e-6), ("--loop-seconds", self.loop_seconds, 1.0)];
         for (name, value, least) in times {
             if !(value >= least && value <= 1e5) {
-                return Err(ObserverError::Option(format!("{name} {value} s is out of range: {least} to 100000 s")));
+                return Err(CliError::Input(format!("{name} {value} s is out of range: {least} to 100000 s")));
             }
         }
         if self.seconds / self.step > 1e6 {
-            return Err(ObserverError::Option(format!("{} s with a step of {} s give more than a million rows", self.seconds, self.step)));
+            return Err(CliError::Input(format!("{} s with a step of {} s give more than a million rows", self.seconds, self.step)));
         }
         Ok(())
     }

@@ -9,8 +9,8 @@ use crate::error::CliError;
 use crate::import::ImportOptions;
 use crate::output::{JsonOutput, Overwrite};
 use identification::log::{Format, Log};
-use stand_analysis::observer::recorded::{COLUMNS, TrackError, row_interval_s};
-use stand_analysis::observer::{ObserverError, Plant};
+use stand_analysis::observer::Plant;
+use stand_analysis::observer::recorded::{COLUMNS, row_interval_s};
 use stand_report::observer::{track_json, track_text};
 
 /// Run an observer over a recorded log. Columns: angle_sensor_V or alpha_rad; columns with the names of the states and moment_N_m are the
@@ -41,12 +41,6 @@ pub(crate) struct Track {
     json: JsonOutput,
 }
 
-impl From<TrackError> for CliError {
-    fn from(error: TrackError) -> Self {
-        CliError::Input(error.to_string())
-    }
-}
-
 impl Track {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.json.check()?;
@@ -55,11 +49,11 @@ impl Track {
             Format::of(out)?;
         }
         if let Some(torquer) = self.torquer.filter(|torquer| !torquer.is_finite()) {
-            return Err(ObserverError::Option(format!("--torquer {torquer} is not a finite number")).into());
+            return Err(CliError::Input(format!("--torquer {torquer} is not a finite number")).into());
         }
         self.import.apply([self.log.as_path()])?;
         let log = Log::read_also(&self.log, &COLUMNS)?;
-        let step_s = row_interval_s(&log).map_err(TrackError::from)?;
+        let step_s = row_interval_s(&log)?;
         let design = self.design.request(Plant::named(&self.model)?, Some(ObserverKind::Augmented), Some(step_s))?.design()?;
         let tracked = design.track(&log, self.angle_gain, self.torquer)?;
         if let Some(out) = &self.out {

@@ -177,7 +177,11 @@ fn wrong_latitude_is_refused_and_its_uncertainty_enters() {
     let words = ["drift", "run", "--cycles", "4", "--gyro", "gyro.toml", "--latitude", "68"];
     let ran = stand(path, &[&words[..], &four].concat());
     assert!(
-        ran.status == Some(2) && ran.err.contains("disagrees") && ran.err.contains("--latitude 68") && ran.err.lines().count() == 1,
+        ran.status == Some(2)
+            && ran.err.contains("disagrees")
+            && ran.err.contains("latitude 68°")
+            && ran.err.contains("(--latitude, --latitude-error, --gain-error, --level-error)")
+            && ran.err.lines().count() == 1,
         "{ran:?}"
     );
     // A stated uncertainty of 2° makes them agree.

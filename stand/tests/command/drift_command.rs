@@ -210,13 +210,16 @@ fn invalid_input_fails_with_one_line_and_status_2() {
         (&["--pulse", "0"][..], "--pulse = 0"),
         (&["--pulse", "nan"], "--pulse = NaN"),
         (&["--latitude", "90"], "disagrees"),
-        (&["--latitude", "91"], "--latitude = 91"),
+        (&["--latitude", "91"], "latitude_deg = 91: must be a number from -90 to 90 (--latitude)"),
         (&["--rate", "1"], "the stand rejected `DRIFt:STARt`"),
-        (&["--rate", "0.05,0.055"], "--rate 0.055: amplitudes must differ by at least 20 %"),
+        (
+            &["--rate", "0.05,0.055"],
+            "amplitude 0.055: amplitudes must differ by at least 20 % to determine the inequality of the torquer (--rate)",
+        ),
         (&["--rate", "0.05,0"], "--rate = 0"),
         (&["--positions", "0,x"], "--positions: `x`"),
         (&["--positions", "0", "--cycles", "1"], "no turn"),
-        (&["--turn-error", "-1", "--cycles", "1"], "--turn-error"),
+        (&["--turn-error", "-1", "--cycles", "1"], "(--turn-error)"),
         (&["--gyro", "none.toml"], "none.toml: cannot read"),
         (&["--out", "log.txt"], "log.txt"),
     ] {
@@ -229,7 +232,7 @@ fn invalid_input_fails_with_one_line_and_status_2() {
     let log = std::fs::read_to_string(path.join("log.csv")).unwrap();
     let with = |name: &str, text: String| std::fs::write(path.join(name), text).unwrap();
     with("no-gain.csv", log.replace("# angle_gain_V_rad: 150\n", ""));
-    refused(path, &["drift", "compute", "no-gain.csv"], "no note `angle_gain_V_rad`; give --angle-gain");
+    refused(path, &["drift", "compute", "no-gain.csv"], "no note `angle_gain_V_rad`, and no value is given (--angle-gain)");
     with("text.csv", log.replace("angle_gain_V_rad: 150", "angle_gain_V_rad: large"));
     refused(path, &["drift", "compute", "text.csv"], "`large` is not a number");
     refused(path, &["drift", "compute", "log.csv", "--pulse", "0"], "pulse_s = 0");

@@ -7,11 +7,13 @@
 //! Rao, Linear Statistical Inference, 1973, 6e). Where even the true model cannot follow the whole log (impacts of a play are chaotic),
 //! rows in windows of 1 s are compared.
 
+use identification::recording;
 use std::ops::Range;
 
-use identification::identify::fit::{self, Iterate, PreparedLog, Problem, initial_state_kinds, solve, starting_states};
+use identification::identify::fit::{self, Iterate, Problem, initial_state_kinds, solve, starting_states};
 use identification::log::Log;
 use identification::model::{Channel, Model};
+use identification::recording::PreparedLog;
 use stand_firmware::board::Hardware;
 
 use super::case::Case;
@@ -75,7 +77,7 @@ fn row_noise(drawn: &Drawn) -> [f64; 3] {
 }
 
 fn estimated_noise(case: &Case, truth: &Model) -> [f64; 3] {
-    let (mut data, _) = fit::prepare::prepare(&case.log, truth, false).unwrap_or_else(|e| panic!("{}: {e}", case.id));
+    let (mut data, _) = recording::prepare(&case.log, truth, false).unwrap_or_else(|e| panic!("{}: {e}", case.id));
     data.rate_from_encoder |= case.rate_from_encoder;
     let (system, parameters) = fit::build::system(truth, data.temp_C.is_some());
     let fitted = fit::fit(&system, &parameters, &data).unwrap_or_else(|e| panic!("{}: {e}", case.id));
@@ -95,7 +97,7 @@ fn gain(run: &Run, truth: &Model, less: &Model) -> f64 {
 
 /// The least χ² of a model, from its values, and the number of compared values.
 fn least_chi2(run: &Run, model: &Model, window_s: Option<f64>) -> (f64, f64) {
-    let (mut data, _) = fit::prepare::prepare(run.log, model, false).unwrap_or_else(|e| panic!("{e}"));
+    let (mut data, _) = recording::prepare(run.log, model, false).unwrap_or_else(|e| panic!("{e}"));
     data.rate_from_encoder |= run.rate_from_encoder;
     data.absolute_angle = true;
     if let Some(window_s) = window_s {

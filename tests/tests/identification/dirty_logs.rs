@@ -8,9 +8,9 @@ use identification::identify::evaluation::{Evaluation, ParameterTreatment, evalu
 use identification::identify::explain::Refusal;
 use identification::identify::explain::{Explanation, Remark, Verdict, explain};
 use identification::identify::fit::parameters::Parameter;
-use identification::identify::fit::prepare::PreparationNote;
 use identification::log::{Log, LogWarning};
 use identification::model::Model;
+use identification::recording::prepare::PreparationNote;
 use stand_tests::dirt::Dirt;
 use stand_tests::draw::Drawn;
 

@@ -1,11 +1,12 @@
 //! External records of real drives (STAND_DATA) compared with their authors' publications.
 #![allow(clippy::unwrap_used)]
 
+use identification::identify::fit::FitResult;
 use identification::identify::fit::equation_error::{self, EquationErrorFit, Settings};
-use identification::identify::fit::{FitResult, prepare};
 use identification::identify::residual;
 use identification::log::Log;
 use identification::model::Model;
+use identification::recording::prepare;
 use stand_tests::foreign::stand_data;
 use stand_tests::own::fit_or_compare;
 use stand_tests::real::{correlation_with_map, noted, position_rms, record, with_values};

@@ -8,6 +8,7 @@ use identification::identify::fit;
 use identification::identify::residual::{Difference, Misfit, Signature, misfits};
 use identification::log::{Column, Log};
 use identification::model::{Channel, Model};
+use identification::recording;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 use stand_tests::own;
@@ -30,7 +31,7 @@ fn logs(change: impl Fn(&str, f64) -> f64) -> Vec<Log> {
 fn left_over(logs: Vec<Log>) -> Vec<Misfit> {
     let (log, _) = join(logs, &JoiningCriteria::default()).expect("one log");
     let model = own::model(&[1.0; 6]);
-    let (data, _) = fit::prepare::prepare(&log, &model, true).expect("the columns");
+    let (data, _) = recording::prepare(&log, &model, true).expect("the columns");
     let (system, parameters) = fit::build::system(&model, data.temp_C.is_some());
     let result = fit::fit(&system, &parameters, &data).expect("a fit");
     misfits(&log, &data, &result)
@@ -79,7 +80,7 @@ fn event_is_at_the_time_of_each_log() {
     model.add("load-step").expect("an effect");
     model.set("load_from_s", 3.9).expect("a parameter");
     model.set("load_step_N_m", 5e-4).expect("a parameter");
-    let (data, _) = fit::prepare::prepare(&log, &model, true).expect("the columns");
+    let (data, _) = recording::prepare(&log, &model, true).expect("the columns");
     let (low, high) = data.time_range_s();
     assert!(low < 0.1 && (high - 8.0).abs() < 0.1, "{low} {high}");
     let (system, parameters) = fit::build::system(&model, data.temp_C.is_some());
@@ -105,7 +106,7 @@ fn timed_torque_counts_from_the_first_row_of_each_log() {
     for (name, value) in [("timed_torque_N_m", 5e-4), ("timed_torque_Hz", 1.36), ("timed_torque_phase_rad", 0.4)] {
         model.set(name, value).expect("a parameter");
     }
-    let (data, _) = fit::prepare::prepare(&log, &model, true).expect("the columns");
+    let (data, _) = recording::prepare(&log, &model, true).expect("the columns");
     assert_eq!(data.run_begins.len(), 3);
     assert!((data.longest_run_s() - 8.1).abs() < 0.1);
     let (system, parameters) = fit::build::system(&model, data.temp_C.is_some());

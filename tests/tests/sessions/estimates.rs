@@ -7,6 +7,7 @@ use hal_sim::session::{self, SessionRequest};
 use identification::identify::fit::{self, FitResult};
 use identification::log::{Column, Log};
 use identification::model::Model;
+use identification::recording;
 use stand_firmware::measurement_loop::{Estimate, Instruments};
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
@@ -24,7 +25,7 @@ fn measured(stand: &Stand, mode: Mode, kind: ProfileKind, seed: u64) -> (Log, In
 
 /// Fit of all rows.
 fn fitted(log: &Log, model: &Model) -> FitResult {
-    let (record, _) = fit::prepare::prepare(log, model, false).unwrap();
+    let (record, _) = recording::prepare(log, model, false).unwrap();
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     fit::fit(&system, &parameters, &record).unwrap()
 }

@@ -4,9 +4,9 @@ use super::fitted::given::GivenError;
 use super::fitted::join_logs::JoinError;
 use super::search::unfinished::StateError;
 use crate::identify::fit::FitError;
-use crate::identify::fit::prepare::PrepareError;
 use crate::log::Log;
 use crate::log::plausible::Defect;
+use crate::recording::prepare::PrepareError;
 
 /// Why there is no explanation.
 #[derive(Debug, thiserror::Error)]

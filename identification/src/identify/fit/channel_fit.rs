@@ -2,8 +2,8 @@
 
 use super::covariance::NoiseColour;
 use super::noise;
-use super::prepared_log::PreparedLog;
 use crate::model::Channel;
+use crate::recording::prepared_log::PreparedLog;
 use crate::statistics::Extremes;
 
 /// Lags of the Ljung–Box test.

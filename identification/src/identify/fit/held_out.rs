@@ -7,8 +7,8 @@
 //! block must have such a mean square with a probability below 10⁻⁶ only.
 
 use super::channel_fit::{ChannelFit, independent_every};
-use super::prepared_log::{HELD_OUT_BLOCK_S, PreparedLog};
 use crate::model::Channel;
+use crate::recording::prepared_log::{HELD_OUT_BLOCK_S, PreparedLog};
 use crate::statistics::Extremes;
 use crate::statistics::distributions::ln_chi_squared_tail;
 

@@ -4,9 +4,9 @@ use drive_model::effects::{coulomb, presliding};
 use drive_rig::{Rig, State};
 
 use super::parameters::{DerivativeScalar, Parameters};
-use super::prepared_log::PreparedLog;
 use super::system::System;
 use crate::model::{Channel, Input};
+use crate::recording::prepared_log::PreparedLog;
 
 /// An initial state of a segment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

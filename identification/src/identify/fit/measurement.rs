@@ -12,8 +12,8 @@ use std::collections::VecDeque;
 use drive_model::{Reading, Scalar, Structure};
 use drive_rig::RowInput;
 
-use super::prepared_log::{ComparedChannel, PreparedLog};
 use crate::model::{Channel, Input};
+use crate::recording::prepared_log::{ComparedChannel, PreparedLog};
 use lag::Lag;
 use past::{SignalHistory, TIME_TOLERANCE_S};
 

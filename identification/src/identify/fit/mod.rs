@@ -7,28 +7,22 @@
 //! from the differences of successive residuals, on which a wrong model has little influence. One block of 2 s in four is held out: it is
 //! simulated, but has zero weight.
 
-pub mod angle_jumps;
 pub mod build;
 pub mod channel_fit;
 pub mod covariance;
 pub mod equation_error;
 pub mod held_out;
 pub mod initial_states;
-pub mod known_motion;
 pub mod measurement;
 pub mod noise;
 pub mod normal_equations;
 pub mod outliers;
 pub mod parameters;
-pub mod predictor;
-pub mod prepare;
-pub mod prepared_log;
 pub mod problem;
 pub mod simulate;
 pub mod solve;
 pub mod starting_point;
 pub mod system;
-pub mod voltage;
 
 pub use channel_fit::ChannelFit;
 pub(crate) use channel_fit::differencing_rows;
@@ -37,11 +31,11 @@ use covariance::{Covariance, NoiseColour};
 pub use initial_states::{InitialStateKind, InitialStates, initial_state_kinds, starting_states};
 use normal_equations::{MAX_UNKNOWNS, NormalEquations};
 pub use parameters::{Parameter, Parameters};
-pub use prepared_log::{ComparedChannel, Preparation, PreparedLog};
 pub use problem::Problem;
 pub use solve::Iterate;
 pub use system::{Effect, System};
 
+use crate::recording::PreparedLog;
 use crate::statistics::Extremes;
 
 /// Reason why a comparison or a fit is impossible.
@@ -172,7 +166,7 @@ pub fn fit(system: &System, parameters: &Parameters, data: &PreparedLog) -> Resu
     let problem = Problem { system, data, weights: &weights(&noise) };
     let start = if data.absolute_angle && !parameters.free().is_empty() {
         // The error of an angle accumulates over the log. That of its increments does not: from there the minimum is near.
-        let near = fit(system, parameters, &PreparedLog { absolute_angle: false, ..data.clone() })?;
+        let near = fit(system, parameters, &data.clone().comparing_increments())?;
         Iterate::new(system, &near.parameters, data, &starting_states(&kinds, data, &near.parameters, system))
     } else {
         starting_point::starting_iterate(problem, parameters, &kinds)

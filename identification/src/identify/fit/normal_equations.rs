@@ -9,10 +9,10 @@ use rayon::prelude::*;
 
 use super::initial_states::{InitialStateKind, InitialStates};
 use super::parameters::{Dual, Parameters};
-use super::prepared_log::PreparedLog;
 use super::problem::Problem;
 use super::simulate::run;
 use super::system::{FitScalar, System};
+use crate::recording::prepared_log::PreparedLog;
 use crate::statistics::Extremes;
 
 /// Normal equations of one segment, in the coordinates [parameters, states].

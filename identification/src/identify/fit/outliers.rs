@@ -6,8 +6,8 @@
 //! by no more than the change of the voltage beside it can make. An outlier has the weight zero (a redescending M-estimator: Hampel et al.,
 //! Robust Statistics, 1986, section 2.6), in every model that is compared on the log.
 
-use super::prepared_log::PreparedLog;
 use crate::model::{Channel, Input};
+use crate::recording::prepared_log::PreparedLog;
 use crate::statistics::Extremes;
 
 /// Distance from all neighbours, standard deviations of the noise. Of normal noise a difference of 8 σ, √2 σ in size, occurs once in 10⁸

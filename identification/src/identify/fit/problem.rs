@@ -1,7 +1,7 @@
 //! A weighted least-squares problem.
 
-use super::prepared_log::PreparedLog;
 use super::system::System;
+use crate::recording::prepared_log::PreparedLog;
 
 /// A weighted least-squares problem.
 #[derive(Clone, Copy)]

@@ -6,10 +6,10 @@ use drive_rig::{Rig, State};
 use super::initial_states::{InitialStateKind, state};
 use super::measurement::{MeasurementChain, Row};
 use super::parameters::DerivativeScalar;
-use super::predictor::Predictor;
-use super::prepare::is_of_sensor;
-use super::prepared_log::{ComparedChannel, PreparedLog};
 use crate::model::{Channel, Input};
+use crate::recording::predictor::Predictor;
+use crate::recording::prepare::is_of_sensor;
+use crate::recording::prepared_log::{ComparedChannel, PreparedLog};
 
 /// Simulates one segment and calls `visit(channel, row, value)` with each compared value, until it returns false. Counts the rows in the
 /// budget of the data.

@@ -3,9 +3,9 @@
 use super::initial_states::InitialStates;
 use super::normal_equations::{Linearization, NormalEquations, Step, linearize, linearize_below};
 use super::parameters::Parameters;
-use super::prepared_log::PreparedLog;
 use super::problem::Problem;
 use super::system::System;
+use crate::recording::prepared_log::PreparedLog;
 
 /// Most steps of one minimisation.
 const MAX_STEPS: usize = 100;

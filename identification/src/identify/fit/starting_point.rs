@@ -10,10 +10,10 @@ use rayon::prelude::*;
 
 use super::initial_states::{InitialStateKind, starting_states};
 use super::parameters::{Parameter, Parameters};
-use super::prepared_log::PreparedLog;
 use super::problem::Problem;
 use super::solve::{self, Iterate};
 use crate::model::Input;
+use crate::recording::prepared_log::PreparedLog;
 
 /// Length of a window, s.
 pub const WINDOW_S: f64 = 0.25;
@@ -150,5 +150,5 @@ pub fn short_windows<'a>(data: &PreparedLog<'a>, window_s: f64) -> Option<Prepar
     }
     let every = segments.len().div_ceil(MAX_WINDOWS).max(1);
     let segments: Vec<_> = segments.into_iter().step_by(every).collect();
-    (segments.len() >= MIN_WINDOWS).then(|| PreparedLog { segments, ..data.clone() })
+    (segments.len() >= MIN_WINDOWS).then(|| data.of_segments(segments))
 }

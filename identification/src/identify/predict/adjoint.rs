@@ -6,8 +6,8 @@
 //! gradient times its density is the smoothed estimate of the random torque.
 
 use super::row_model::{DriveState, RowModel};
-use crate::identify::fit::PreparedLog;
-use crate::identify::fit::predictor::Predictor;
+use crate::recording::PreparedLog;
+use crate::recording::predictor::Predictor;
 
 /// Derivatives of ln L, by row of the log; 0 in rows that are not compared.
 #[derive(Debug, Clone)]
@@ -131,7 +131,7 @@ mod tests {
                     let mut measured = data.channels[0].measured.to_vec();
                     measured[row] -= error;
                     let mut changed = PreparedLog { channels: Vec::new(), ..data.clone() };
-                    changed.channels = vec![crate::identify::fit::ComparedChannel { measured: &measured, ..data.channels[0].clone() }];
+                    changed.channels = vec![crate::recording::ComparedChannel { measured: &measured, ..data.channels[0].clone() }];
                     ln_likelihood(&changed)
                 };
                 let by_torque = (with_torque(1e-9) - with_torque(-1e-9)) / 2e-9;

@@ -12,10 +12,13 @@ use nalgebra::{DMatrix, DVector};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-use crate::identify::fit::voltage::{InputTiming, Known};
-use crate::identify::fit::{self, FitResult, Iterate, PreparedLog, System};
-use crate::identify::recording_conventions::{Convention, MIN_GAIN, apply};
+use crate::identify::fit::{self, FitResult, Iterate, System};
+use crate::identify::recording_conventions::MIN_GAIN;
 use crate::log::Log;
+use crate::recording::Convention;
+use crate::recording::PreparedLog;
+use crate::recording::convention::apply;
+use crate::recording::voltage::{InputTiming, Known};
 
 /// Courses of the voltage that are drawn: their standard deviation is then known to a quarter.
 const COURSES: usize = 10;
@@ -26,9 +29,7 @@ pub fn with_course<'d, 'l>(log: &'l Log, data: &'d PreparedLog<'l>) -> Option<Co
     if let Some(course) = &data.voltage_course {
         return (course.known != Known::Values).then_some(Cow::Borrowed(data));
     }
-    let mut moving = data.clone();
-    apply(Convention::InputMoves, log, &mut moving)?;
-    Some(Cow::Owned(moving))
+    apply(Convention::InputMoves, log, data).map(|(moving, _)| Cow::Owned(moving))
 }
 
 /// Covariance of the free coordinates over drawn courses of the voltage: each is a random walk with the means, or means and moments, of the
@@ -50,7 +51,7 @@ pub fn drawn_courses<'l>(open: &PreparedLog<'l>) -> Option<Vec<PreparedLog<'l>>>
     (0..COURSES)
         .map(|_| {
             let drawn = course.drawn(&open.input, &open.segments, &mut random)?;
-            Some(PreparedLog { voltage_course: Some(drawn), ..open.clone() })
+            Some(open.with_voltage_course(drawn))
         })
         .collect()
 }

@@ -8,12 +8,11 @@ use std::sync::Arc;
 use super::gain::stationary_filter;
 use super::row_model::row_model;
 use crate::identify::fit::normal_equations::MAX_UNKNOWNS;
-use crate::identify::fit::predictor::Predictor;
 use crate::identify::fit::simulate::run;
-use crate::identify::fit::{
-    self, InitialStates, Iterate, Parameters, PreparedLog, Problem, System, initial_state_kinds, solve, starting_states,
-};
+use crate::identify::fit::{self, InitialStates, Iterate, Parameters, Problem, System, initial_state_kinds, solve, starting_states};
 use crate::model::Channel;
+use crate::recording::PreparedLog;
+use crate::recording::predictor::Predictor;
 
 /// What is random in a log.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,7 +62,7 @@ pub struct Prediction<'s, 'a> {
 impl<'s, 'a> Prediction<'s, 'a> {
     /// The system on the data.
     pub fn new(system: &'s System, data: &PreparedLog<'a>) -> Self {
-        Prediction { system, data: PreparedLog { predictor: None, ..data.clone() } }
+        Prediction { system, data: data.following(None) }
     }
 
     /// White noise of each channel, from its series.
@@ -97,7 +96,7 @@ impl<'s, 'a> Prediction<'s, 'a> {
 
     /// The data followed by a filter.
     pub fn following(&self, predictor: &Arc<Predictor>) -> PreparedLog<'a> {
-        PreparedLog { predictor: Some(Arc::clone(predictor)), ..self.data.clone() }
+        self.data.following(Some(Arc::clone(predictor)))
     }
 
     /// The fit of largest likelihood from parameters near it: the density at these parameters, then all that is random, and the parameters

@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::row_model::{DriveState, RowModel};
-use crate::identify::fit::predictor::{Gain, Predictor};
+use crate::recording::predictor::{Gain, Predictor};
 
 /// Doublings of the Riccati equation at most: 2^60 rows.
 const MAX_DOUBLINGS: usize = 60;

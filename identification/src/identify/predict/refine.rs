@@ -10,9 +10,10 @@ use nalgebra::DMatrix;
 use super::course::{add_course, course_covariance, with_course_of_free_run};
 use super::fit::Prediction;
 use crate::identify::fit::covariance::clustered;
-use crate::identify::fit::{self, FitResult, Iterate, PreparedLog, Problem, System};
+use crate::identify::fit::{self, FitResult, Iterate, Problem, System};
 use crate::log::Log;
 use crate::model::{Channel, Input};
+use crate::recording::PreparedLog;
 
 /// The fit with its final parameters and standard errors: those of the prediction errors where the input may be from a loop, otherwise
 /// those of the free run; both with what the log leaves open of the input within its rows. Also whether they are of the prediction errors.

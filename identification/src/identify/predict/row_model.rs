@@ -10,8 +10,9 @@ use drive_rig::{Rig, State};
 use nalgebra::{DMatrix, DVector};
 
 use crate::identify::fit::parameters::DerivativeScalar;
-use crate::identify::fit::{Parameters, PreparedLog, System};
+use crate::identify::fit::{Parameters, System};
 use crate::model::Channel;
+use crate::recording::PreparedLog;
 
 /// A state of the drive that the filter corrects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -17,9 +17,10 @@ use drive_model::Coordinate;
 
 pub use shapes::Difference;
 
-use crate::identify::fit::{FitResult, PreparedLog};
+use crate::identify::fit::FitResult;
 use crate::log::Log;
 use crate::model::{Channel, Input};
+use crate::recording::PreparedLog;
 
 /// One coordinate over which the residual of one channel is not noise.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,9 @@
 use super::harmonics::{self, Spectrum};
 use super::rows::ResidualRows;
 use super::{search, shapes};
-use crate::identify::fit::{FitResult, PreparedLog};
+use crate::identify::fit::FitResult;
 use crate::log::Log;
+use crate::recording::PreparedLog;
 use crate::statistics::Extremes;
 use crate::statistics::bins::Bin;
 

@@ -10,9 +10,10 @@ use std::ops::Range;
 
 use drive_model::effects::viscous;
 
-use crate::identify::fit::{FitResult, PreparedLog};
+use crate::identify::fit::FitResult;
 use crate::log::Log;
 use crate::model::{BaseParameter, Channel, Input};
+use crate::recording::PreparedLog;
 
 /// Constants of the drive that determine the responses.
 #[derive(Debug, Clone, Copy)]

@@ -8,6 +8,7 @@ use identification::budget::Budget;
 use identification::deadline::Deadline;
 use identification::identify::fit::{self, FitResult};
 use identification::model::{Input, Model};
+use identification::recording;
 use identification::statistics::Extremes;
 use stand_acquire::calibration_session::Session;
 
@@ -39,8 +40,8 @@ fn fitted(step: &Step, harmonics: &Harmonics, deadline: Deadline) -> Result<(Fit
             model.set(&format!("cogging_{name}{mark}"), value).map_err(|e| e.to_string())?;
         }
     }
-    let (mut prepared, _) = fit::prepare::prepare(&step.log, &model, false).map_err(|e| e.to_string())?;
-    prepared.budget = Budget::new(None, deadline);
+    let (prepared, _) = recording::prepare(&step.log, &model, false).map_err(|e| e.to_string())?;
+    let prepared = prepared.spending(Budget::new(None, deadline));
     let (system, parameters) = fit::build::system(&model, prepared.temp_C.is_some());
     let result = fit::fit(&system, &parameters, &prepared).map_err(|e| e.to_string())?;
     let misfit = result.channels.iter().map(|c| c.rms / c.noise).max_or_zero();

@@ -7,10 +7,11 @@ pub mod reasons;
 use drive_model::{Card, Coordinate};
 
 use crate::identify::explain::criteria::Criteria;
-use crate::identify::fit::{FitResult, MAX_CHI2_PER_N_OF_NOISE, Preparation, PreparedLog};
+use crate::identify::fit::{FitResult, MAX_CHI2_PER_N_OF_NOISE};
 use crate::identify::residual::Misfit;
 use crate::log::Log;
 use crate::model::{Channel, Model, SummingPoint};
+use crate::recording::{Preparation, PreparedLog};
 use crate::statistics::bins::Bin;
 use coverage::Coverage;
 use experiment::NextExperiment;

@@ -142,7 +142,7 @@ pub enum Remark {
     /// Of a standard error of the last model, the larger part is by the voltage within the rows, for which a random walk is assumed.
     RestsOnCourse,
     /// A remark on the preparation of the log.
-    Preparation(crate::identify::fit::prepare::PreparationNote),
+    Preparation(crate::recording::prepare::PreparationNote),
     /// These effects were added last and help too little far above the noise: they were removed.
     StandInsRemoved {
         /// Their names.

@@ -18,8 +18,8 @@ use rayon::prelude::*;
 use crate::identify::explain::criteria::HarmonicCriteria;
 use crate::identify::explain::fitted::FittedModel;
 use crate::identify::explain::fitted::motion::{angle, measured_current};
-use crate::identify::fit::PreparedLog;
 use crate::model::{BaseParameter, Channel, Input, Model};
+use crate::recording::PreparedLog;
 
 /// Orders, in periods per turn, that are worth an exact screening, the best first.
 #[derive(Debug, Clone, Default)]

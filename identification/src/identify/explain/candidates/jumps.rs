@@ -6,8 +6,8 @@
 use drive_model::{Card, Screening};
 
 use crate::identify::explain::fitted::FittedModel;
-use crate::identify::fit::PreparedLog;
 use crate::model::Channel;
+use crate::recording::PreparedLog;
 
 /// The jump of an effect that lets the angle jump, rad, is less than a count of the encoder.
 pub fn is_less_than_a_count(base: &FittedModel, card: &Card, jump_rad: f64) -> bool {

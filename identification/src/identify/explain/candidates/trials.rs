@@ -14,10 +14,10 @@ use crate::identify::explain::fitted::FittedModel;
 use crate::identify::explain::fitted::motion::{angle, measured_current, turns};
 use crate::identify::explain::fitted::stiffness::{max_bristle_stiffness, shaft_ranges};
 use crate::identify::explain::fitted::trial::{Invisible, Trial};
-use crate::identify::fit::PreparedLog;
 use crate::identify::residual;
 use crate::log::RateSource;
 use crate::model::{BaseParameter, Channel, Input, Model};
+use crate::recording::PreparedLog;
 use crate::statistics::Extremes;
 
 /// Values of nonlinear parameters that a search of the residual found.

@@ -25,12 +25,13 @@ use super::likelihood::Whitener;
 use super::motion::turns;
 use crate::identify::explain::answer::reasons::Remark;
 use crate::identify::explain::criteria::{AdequacyCriteria, MisfitClass};
-use crate::identify::fit::prepare::is_of_sensor;
-use crate::identify::fit::voltage::{self, InputTiming};
-use crate::identify::fit::{ChannelFit, PreparedLog};
+use crate::identify::fit::ChannelFit;
 use crate::identify::residual;
 use crate::log::RateSource;
 use crate::model::{Channel, Input};
+use crate::recording::PreparedLog;
+use crate::recording::prepare::is_of_sensor;
+use crate::recording::voltage::{self, InputTiming};
 use crate::statistics::distributions::chi_squared_tail;
 
 /// What a model leaves.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::identify::explain::criteria::DescentCriteria;
-use crate::identify::fit::PreparedLog;
+use crate::recording::PreparedLog;
 
 /// How far a descent goes.
 #[derive(Debug, Clone, Copy)]

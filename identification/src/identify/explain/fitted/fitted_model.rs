@@ -13,17 +13,18 @@ use crate::identify::explain::answer::reasons::Remark;
 use crate::identify::explain::context::Context;
 use crate::identify::explain::criteria::{MisfitClass, worst};
 use crate::identify::fit::parameters::{Parameter, Parameters};
-use crate::identify::fit::prepare::{PreparationNote, connected_while_coasting};
 use crate::identify::fit::solve::{self, Iterate};
 use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, short_windows};
 use crate::identify::fit::system::System;
-use crate::identify::fit::{
-    self, ChannelFit, FitError, FitResult, InitialStates, PreparedLog, Problem, build, initial_state_kinds, starting_states,
-};
-use crate::identify::recording_conventions::{Convention, Recording, apply, fit_as_recorded, fit_by, gain, min_gain};
+use crate::identify::fit::{self, ChannelFit, FitError, FitResult, InitialStates, Problem, build, initial_state_kinds, starting_states};
+use crate::identify::recording_conventions::{Recording, fit_as_recorded, fit_by, gain, min_gain};
 use crate::identify::residual::{self, Misfit};
 use crate::log::VoltageSource;
 use crate::model::{Input, Model};
+use crate::recording::Convention;
+use crate::recording::PreparedLog;
+use crate::recording::convention::apply;
+use crate::recording::prepare::{PreparationNote, connected_while_coasting};
 
 /// Temperature coefficient of the resistance of copper, 1/K (IEC 60034-1, at 20 to 25 °C).
 const COPPER_PER_K: f64 = 0.0039;
@@ -54,7 +55,7 @@ impl<'a> FittedModel<'a> {
     pub fn fit(
         context: Context<'a>,
         model: &Model,
-        mut data: PreparedLog<'a>,
+        data: PreparedLog<'a>,
         conventions: Option<&[Convention]>,
     ) -> Result<(Self, Recording), FitError> {
         let (system, parameters) = build::system(model, data.temp_C.is_some());
@@ -62,9 +63,9 @@ impl<'a> FittedModel<'a> {
             Some(near) => fit::refit_from(&system, data, near),
             None => fit::fit(&system, &parameters, data),
         };
-        let (fit, recording) = match conventions {
-            Some(conventions) => fit_by(conventions, context.log, &mut data, &once)?,
-            None => fit_as_recorded(context.log, &mut data, &once)?,
+        let (fit, data, recording) = match conventions {
+            Some(conventions) => fit_by(conventions, context.log, data, &once)?,
+            None => fit_as_recorded(context.log, data, &once)?,
         };
         Ok((FittedModel::new(context, model, system, parameters, fit, data), recording))
     }
@@ -74,16 +75,15 @@ impl<'a> FittedModel<'a> {
     /// # Errors
     /// The model cannot be simulated along these data.
     pub fn best_conventions(&self, data: &PreparedLog<'a>) -> Result<Vec<Convention>, FitError> {
-        let mut data = PreparedLog { rate_from_encoder: self.data.rate_from_encoder, ..data.clone() };
+        let data = data.clone().with_rate_from_encoder(self.data.rate_from_encoder);
         let once = |data: &PreparedLog, near: Option<&FitResult>| fit::refit_from(&self.system, data, near.unwrap_or(&self.fit));
-        fit_as_recorded(self.context.log, &mut data, &once).map(|(_, recording)| recording.conventions)
+        fit_as_recorded(self.context.log, data, &once).map(|(_, _, recording)| recording.conventions)
     }
 
     /// This model, fitted to its data by one further convention, with the note on it; `None` where a note contradicts it or it cannot be
     /// simulated.
     pub fn recorded_by(&self, convention: Convention) -> Option<(Self, PreparationNote)> {
-        let mut data = self.data.clone();
-        let note = apply(convention, self.context.log, &mut data)?;
+        let (data, note) = apply(convention, self.context.log, &self.data)?;
         let fit = fit::refit_from(&self.system, &data, &self.fit).ok()?;
         Some((FittedModel::new(self.context, &self.model, self.system.clone(), self.start.clone(), fit, data), note))
     }
@@ -254,7 +254,7 @@ impl<'a> FittedModel<'a> {
         if !is_command || self.data.connected.is_some() || self.data.budget.is_exhausted() {
             return None;
         }
-        let data = PreparedLog { connected: Some(connected_while_coasting(log)?.into()), ..self.data.clone() };
+        let data = self.data.connected_during(connected_while_coasting(log)?);
         let coasting = fit::refit_from(&self.system, &data, &self.fit).ok()?;
         let gain = gain(&last.fit, &coasting);
         let values = coasting.channels.iter().map(|c| c.rows).sum::<usize>();
@@ -289,9 +289,7 @@ impl<'a> FittedModel<'a> {
     /// The data as `trial` needs them.
     pub fn data_for(&self, trial: &Trial) -> Cow<'_, PreparedLog<'a>> {
         match trial.rate_from_encoder {
-            Some(derived) if derived != self.data.rate_from_encoder => {
-                Cow::Owned(PreparedLog { rate_from_encoder: derived, ..self.data.clone() })
-            }
+            Some(derived) if derived != self.data.rate_from_encoder => Cow::Owned(self.data.clone().with_rate_from_encoder(derived)),
             _ => Cow::Borrowed(&self.data),
         }
     }
@@ -357,6 +355,6 @@ impl<'a> FittedModel<'a> {
             }
         }
         let part = best.map_or(0..data.len(), |(_, part)| part);
-        PreparedLog { segments: vec![part], held_out: None, ..data.clone() }
+        data.of_rows(part)
     }
 }

@@ -4,11 +4,13 @@ use super::FittedModel;
 use crate::budget::Budget;
 use crate::identify::constants;
 use crate::identify::explain::context::Context;
-use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
-use crate::identify::fit::{FitError, PreparedLog};
-use crate::identify::recording_conventions::{Convention, Recording};
+use crate::identify::fit::FitError;
+use crate::identify::recording_conventions::Recording;
 use crate::log::plausible::{Defect, ShiftedConstant};
 use crate::model::Model;
+use crate::recording::Convention;
+use crate::recording::PreparedLog;
+use crate::recording::prepare::{self, PreparationNote, PrepareError};
 
 /// The given model, fitted.
 pub struct Given<'a> {
@@ -48,10 +50,8 @@ impl<'a> Given<'a> {
         hold_out: bool,
         conventions: Option<&[Convention]>,
     ) -> Result<Self, GivenError> {
-        let (mut data, notes) = prepare::prepare(context.log, model, hold_out)?;
-        data.budget = budget.clone();
-        // The evidence is that of increments, whose errors do not accumulate.
-        data.absolute_angle = false;
+        let (data, notes) = prepare::prepare(context.log, model, hold_out)?;
+        let data = data.spending(budget.clone()).comparing_increments();
         let (base, recording) = FittedModel::fit(context, model, data.clone(), conventions)?;
         Ok(Given { model, base, recording, data, notes })
     }

@@ -17,7 +17,8 @@ use crate::identify::fit::normal_equations::MAX_UNKNOWNS;
 use crate::identify::fit::parameters::Dual;
 use crate::identify::fit::simulate::run;
 use crate::identify::fit::system::{FitScalar, System};
-use crate::identify::fit::{self, Parameters, PreparedLog};
+use crate::identify::fit::{self, Parameters};
+use crate::recording::PreparedLog;
 
 /// A whitening filter per channel.
 pub struct Whitener {

@@ -1,7 +1,7 @@
 //! Angle and current along the log, as the trials use them.
 
-use crate::identify::fit::PreparedLog;
 use crate::model::{Channel, Input};
+use crate::recording::PreparedLog;
 use crate::statistics::Extremes;
 
 /// The angle along the log, rad, where it is measured or prescribed.

@@ -3,9 +3,9 @@
 use super::FittedModel;
 use crate::identify::explain::context::Context;
 use crate::identify::explain::criteria::Criteria;
-use crate::identify::fit::prepare;
 use crate::log::{Column, Log};
 use crate::model::Model;
+use crate::recording::prepare;
 
 /// The rotor, with starts that are 10 % off.
 const MODEL: &str =

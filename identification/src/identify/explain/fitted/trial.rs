@@ -6,8 +6,9 @@ use drive_model::{Card, Elastic, ParameterKind, Screening};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::identify::explain::answer::reasons::NotVisible;
-use crate::identify::fit::{Parameters, PreparedLog};
+use crate::identify::fit::Parameters;
 use crate::model::Model;
+use crate::recording::PreparedLog;
 
 /// One effect at one set of values.
 #[derive(Debug, Clone, Serialize, Deserialize)]

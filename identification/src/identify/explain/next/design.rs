@@ -20,10 +20,11 @@ use crate::identify::explain::answer::experiment::Separation;
 use crate::identify::explain::candidates::candidate::FittedCandidate;
 use crate::identify::explain::candidates::doubt::Doubt;
 use crate::identify::explain::fitted::FittedModel;
+use crate::identify::fit::InitialStateKind;
 use crate::identify::fit::normal_equations::{NormalEquations, linearize};
-use crate::identify::fit::{InitialStateKind, prepare};
 use crate::log::{Column, Log};
 use crate::model::{Channel, Input};
+use crate::recording::prepare;
 use crate::statistics::Extremes;
 
 /// Longest simulated part of a run, s: a longer run brings proportionally more.
@@ -129,12 +130,12 @@ fn simulated(base: &FittedModel, candidate: &FittedCandidate, run: &StandRun) ->
 /// Expected gain of what is simulated in `log` over a rival; `None` where the rival cannot be simulated there.
 fn gain_over(base: &FittedModel, rival: &FittedCandidate, prior: &DMatrix<f64>, log: &Log) -> Option<f64> {
     let (model, _) = rival.added_to(&base.model);
-    let (mut data, _) = prepare::prepare(log, &model, false).ok()?;
-    let channels = |list: &[_]| list.iter().map(|c: &crate::identify::fit::ComparedChannel| c.channel).collect::<Vec<_>>();
+    let (data, _) = prepare::prepare(log, &model, false).ok()?;
+    let channels = |list: &[_]| list.iter().map(|c: &crate::recording::ComparedChannel| c.channel).collect::<Vec<_>>();
     if channels(&data.channels) != channels(&base.data.channels) {
         return None;
     }
-    data.rate_from_encoder = rival.trial.rate_from_encoder.unwrap_or(base.data.rate_from_encoder);
+    let data = data.with_rate_from_encoder(base.rate_from_encoder(&rival.trial));
     let mut states = base.initial_states_for(&rival.system, &rival.parameters, &data);
     // The run begins at rest.
     let kinds = states.kinds.clone();

@@ -29,9 +29,10 @@ use crate::identify::explain::fitted::likelihood::{View, Whitener};
 use crate::identify::explain::fitted::trial::Trial;
 use crate::identify::explain::verdict::outcome::Outcome;
 use crate::identify::fit::simulate::run;
-use crate::identify::fit::voltage::Known;
-use crate::identify::fit::{PreparedLog, build, differencing_rows};
+use crate::identify::fit::{build, differencing_rows};
 use crate::identify::predict::{covariance_of, drawn_courses, with_course};
+use crate::recording::PreparedLog;
+use crate::recording::voltage::Known;
 use crate::statistics::Extremes;
 
 /// The limits after a search that found nothing; none where something is missing, or nothing was tested.

@@ -14,7 +14,7 @@ use crate::identify::explain::answer::reasons::Progress;
 use crate::identify::explain::candidates::compare::adding_step;
 use crate::identify::explain::fitted::FittedModel;
 use crate::identify::explain::fitted::adequacy::input_between_samples;
-use crate::identify::fit::{FitError, PreparedLog};
+use crate::identify::fit::FitError;
 
 /// Adds effects to the `given` model as long as the evidence supports it; from the stages of a `state`, where there is one.
 ///
@@ -53,7 +53,7 @@ fn restore(search: &mut Search, state: &SearchState, progress: &(dyn Fn(&Progres
             search.tests = step.tests;
             search.doubt = chosen.map(|chosen| step.doubt(chosen));
         }
-        let data = PreparedLog { rate_from_encoder: stage.rate_from_encoder, ..base.data.clone() };
+        let data = base.data.clone().with_rate_from_encoder(stage.rate_from_encoder);
         let next = base.refit(&model, data)?;
         search.models.push(next);
         search.added.push(Added { name: stage.effect.clone(), rivals: stage.rivals.clone() });

@@ -9,8 +9,8 @@ use crate::identify::explain::fitted::FittedModel;
 use crate::identify::explain::fitted::likelihood::delta_bic;
 use crate::identify::explain::fitted::trial::Trial;
 use crate::identify::fit::channel_fit::spread;
-use crate::identify::recording_conventions::Convention;
 use crate::model::Model;
+use crate::recording::Convention;
 
 /// The search from the given model to the last.
 pub struct Search<'a> {

@@ -10,9 +10,11 @@ use super::unfinished::SearchState;
 use crate::identify::explain::answer::reasons::Progress;
 use crate::identify::explain::criteria::MisfitClass;
 use crate::identify::explain::fitted::FittedModel;
-use crate::identify::fit::{FitError, PreparedLog};
-use crate::identify::recording_conventions::{Convention, Recording, gain};
+use crate::identify::fit::FitError;
+use crate::identify::recording_conventions::{Recording, gain};
 use crate::model::Model;
+use crate::recording::Convention;
+use crate::recording::PreparedLog;
 
 /// Searches from `given`, the `model` fitted as `recording` says, and from the stages of a `state` where there is one. `data`: the logs,
 /// with no convention assumed.

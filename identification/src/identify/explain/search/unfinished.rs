@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::identify::explain::fitted::trial::Trial;
-use crate::identify::recording_conventions::Convention;
 use crate::log::Log;
 use crate::model::{Model, ModelError};
+use crate::recording::Convention;
 
 /// Version of the form of [`SearchState`].
 const VERSION: u32 = 1;

@@ -9,8 +9,8 @@ use crate::identify::explain::search::recorded::search_as_recorded;
 use crate::identify::explain::search::unfinished::SearchState;
 use crate::identify::fit::FitError;
 use crate::identify::fit::held_out::{Departure, departure};
-use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::predict::refined;
+use crate::recording::prepare::PreparationNote;
 
 /// What a search found.
 pub struct Outcome<'a> {

@@ -9,8 +9,9 @@ use nalgebra::DMatrix;
 
 use super::InverseModelCause;
 use super::motion::Motion;
-use crate::identify::fit::{Parameters, PreparedLog, System};
+use crate::identify::fit::{Parameters, System};
 use crate::model::{Channel, Input, Model, SummingPoint};
+use crate::recording::PreparedLog;
 use crate::statistics::Extremes;
 
 /// An inverse model along measured motions.

@@ -21,10 +21,10 @@ use motion::Motion;
 use nalgebra::{DMatrix, DVector};
 pub use zero_phase::LowPass;
 
-use super::prepare::{PrepareError, prepare};
 use super::{Parameters, PreparedLog, build};
 use crate::log::Log;
 use crate::model::{Channel, Model};
+use crate::recording::prepare::{PrepareError, prepare};
 
 /// Settings of the filters.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::Settings;
 use super::zero_phase::LowPass;
-use crate::identify::fit::PreparedLog;
+use crate::recording::PreparedLog;
 
 /// A segment on an even time grid.
 pub(super) struct Motion {

@@ -3,8 +3,8 @@
 
 use super::*;
 use crate::identify::fit::parameters::{DerivativeScalar, Dual};
-use crate::identify::fit::voltage::InputTiming;
 use crate::model::Input;
+use crate::recording::voltage::InputTiming;
 
 const ROW_S: f64 = 0.02;
 /// The rate halves in a row.

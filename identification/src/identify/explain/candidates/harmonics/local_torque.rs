@@ -4,9 +4,9 @@
 
 use crate::identify::explain::criteria::HarmonicCriteria;
 use crate::identify::explain::fitted::motion::measured_current;
-use crate::identify::fit::PreparedLog;
 use crate::identify::residual::harmonics::spectrum;
 use crate::model::{BaseParameter, Input, Model};
+use crate::recording::PreparedLog;
 use crate::statistics::least_squares;
 
 /// Power by order, from 0 to `highest`; empty where current, voltage or angle are missing.

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex;
 
-use crate::identify::fit::PreparedLog;
+use crate::recording::PreparedLog;
 use crate::statistics::Extremes;
 use crate::statistics::fourier::transform;
 

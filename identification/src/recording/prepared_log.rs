@@ -19,7 +19,7 @@ use crate::model::{Channel, Input};
 /// Interval over which the angle is compared by its increments, s. A simulated angle drifts without limit; its increments do not.
 pub const ANGLE_INCREMENT_S: f64 = 0.020;
 /// Length of a block, s; see [`HELD_OUT_PERIOD`].
-pub(super) const HELD_OUT_BLOCK_S: f64 = 2.0;
+pub(crate) const HELD_OUT_BLOCK_S: f64 = 2.0;
 /// Blocks per period; one of them is held out.
 const HELD_OUT_PERIOD: i64 = 4;
 /// Index of the held-out block within a period.
@@ -102,6 +102,60 @@ pub struct PreparedLog<'a> {
     pub absolute_angle: bool,
 }
 
+/// Copies that differ in what a computation varies.
+impl<'a> PreparedLog<'a> {
+    /// With another budget.
+    pub fn spending(self, budget: Budget) -> Self {
+        PreparedLog { budget, ..self }
+    }
+
+    /// The angle is compared by its increments, whose errors do not accumulate.
+    pub fn comparing_increments(self) -> Self {
+        PreparedLog { absolute_angle: false, ..self }
+    }
+
+    /// The rate channel is derived from the encoder, or is not.
+    pub fn with_rate_from_encoder(self, rate_from_encoder: bool) -> Self {
+        PreparedLog { rate_from_encoder, ..self }
+    }
+
+    /// The simulated state follows the measurement; `None`: it runs freely.
+    pub fn following(&self, predictor: Option<Arc<Predictor>>) -> Self {
+        PreparedLog { predictor, ..self.clone() }
+    }
+
+    /// Only these parts of the segments.
+    pub fn of_segments(&self, segments: Vec<Range<usize>>) -> Self {
+        PreparedLog { segments, ..self.clone() }
+    }
+
+    /// Only these rows, none of them held out.
+    pub fn of_rows(&self, rows: Range<usize>) -> Self {
+        PreparedLog { segments: vec![rows], held_out: None, ..self.clone() }
+    }
+
+    /// With another course of the voltage within the rows.
+    pub fn with_voltage_course(&self, course: VoltageCourse) -> Self {
+        PreparedLog { voltage_course: Some(course), ..self.clone() }
+    }
+
+    /// The bridge connects the winding in this fraction of each row.
+    pub fn connected_during(&self, connected: Vec<f64>) -> Self {
+        PreparedLog { connected: Some(connected.into()), ..self.clone() }
+    }
+
+    /// Without the outliers, rows by channel.
+    pub fn without(&self, outliers: Vec<Vec<usize>>) -> Self {
+        let mut data = self.clone();
+        for (channel, found) in data.channels.iter_mut().zip(outliers).filter(|(_, found)| !found.is_empty()) {
+            let mut mask = channel.outliers.as_ref().map_or_else(|| vec![false; self.len()], |known| known.to_vec());
+            found.into_iter().for_each(|row| mask[row] = true);
+            channel.outliers = Some(mask.into());
+        }
+        data
+    }
+}
+
 impl PreparedLog<'_> {
     /// Number of rows.
     pub fn len(&self) -> usize {
@@ -117,16 +171,6 @@ impl PreparedLog<'_> {
     #[inline]
     pub fn held_out(&self, row: usize) -> bool {
         self.held_out.as_ref().is_some_and(|held_out| held_out[row])
-    }
-
-    /// Excludes the outliers (by channel) from the comparison.
-    pub fn exclude(&mut self, outliers: Vec<Vec<usize>>) {
-        let rows = self.len();
-        for (channel, found) in self.channels.iter_mut().zip(outliers).filter(|(_, found)| !found.is_empty()) {
-            let mut mask = channel.outliers.as_ref().map_or_else(|| vec![false; rows], |known| known.to_vec());
-            found.into_iter().for_each(|row| mask[row] = true);
-            channel.outliers = Some(mask.into());
-        }
     }
 
     /// Input of the simulation for a row. The last row of a segment has the median interval.

@@ -1,5 +1,6 @@
 //! Preparation of a log for a model: selection of input and outputs, notes on the columns, temperature and supply.
 
+use crate::parameters::NamesParameters;
 use std::sync::Arc;
 
 use super::angle_jumps::angle_jumps;
@@ -65,7 +66,7 @@ pub enum PrepareError {
     },
     /// The bridge coasts in the off time of the PWM, and the log does not state its supply.
     #[error(
-        "{log}: a bridge that coasts connects the motor for u_V/supply of the time, and the log has no supply: a column supply_V, or --note \"supply_nominal_V=12\""
+        "{log}: a bridge that coasts connects the motor for u_V/supply of the time, and the log has no supply: a column supply_V, or the note supply_nominal_V: 12"
     )]
     CoastingWithoutSupply {
         /// The log.
@@ -91,7 +92,7 @@ pub enum PrepareError {
     },
     /// The model is that of a linear axis, and the log is not.
     #[error(
-        "{log}: its columns are those of a rotary drive, {model} is of a linear axis: name its columns x_m, v_m_s, force_N, or state --note axis=linear"
+        "{log}: its columns are those of a rotary drive, {model} is of a linear axis: name its columns x_m, v_m_s, force_N, or state the note axis: linear"
     )]
     RotaryLog {
         /// The log.
@@ -101,7 +102,7 @@ pub enum PrepareError {
     },
     /// Gaps cut the log into segments that are too short.
     #[error(
-        "{log}: gaps cut the log into {segments} segments of at most {longest} rows, too few to determine their initial states: record without gaps, or state the row rate with --sample-rate if the time stamps are wrong"
+        "{log}: gaps cut the log into {segments} segments of at most {longest} rows, too few to determine their initial states: record without gaps, or state the sample rate if the time stamps are wrong"
     )]
     OnlyShortSegments {
         /// The log.
@@ -121,6 +122,16 @@ pub enum PrepareError {
         /// The fault that ended the log.
         fault: Option<String>,
     },
+}
+
+impl NamesParameters for PrepareError {
+    fn parameters(&self) -> Vec<&str> {
+        match self {
+            PrepareError::OnlyShortSegments { .. } => vec!["sample_rate_Hz"],
+            PrepareError::RotaryLog { .. } | PrepareError::CoastingWithoutSupply { .. } => vec!["notes"],
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// The remedy for a log that is too short.
