@@ -22,6 +22,18 @@ pub enum Coordinate {
 }
 
 impl Coordinate {
+    /// All of them.
+    pub const ALL: [Coordinate; 8] = [
+        Coordinate::Theta,
+        Coordinate::Omega,
+        Coordinate::Current,
+        Coordinate::Temperature,
+        Coordinate::Time,
+        Coordinate::Acceleration,
+        Coordinate::History,
+        Coordinate::Log,
+    ];
+
     /// Name in the answers.
     pub fn name(self) -> &'static str {
         match self {

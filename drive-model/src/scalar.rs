@@ -130,6 +130,11 @@ impl Scalar for f64 {
     fn re(&self) -> f64 {
         *self
     }
+    /// Without the slope, which costs an exponential.
+    #[inline]
+    fn exp_m1(self) -> Self {
+        libm::expm1(self)
+    }
     #[inline]
     fn chain(self, value: f64, _: f64) -> Self {
         value
@@ -164,7 +169,7 @@ impl<const N: usize> Dual<N> {
     /// The same value with each derivative changed.
     #[inline(always)]
     fn mapped(self, re: f64, by: impl Fn(f64) -> f64) -> Self {
-        Dual { re, slopes: self.slopes.map(by) }
+        Dual { re, slopes: std::array::from_fn(|k| by(self.slopes[k])) }
     }
 }
 

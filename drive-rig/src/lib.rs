@@ -163,7 +163,7 @@ impl Part {
 
 /// State of the rig.
 #[derive(Debug, Clone, Copy)]
-pub struct State<S> {
+pub struct DriveState<S> {
     /// Rate of the platform, rad/s.
     pub omega: S,
     /// Angle of the platform, rad.
@@ -184,11 +184,11 @@ pub struct State<S> {
     pub step_s: f64,
 }
 
-impl<S: Scalar> State<S> {
+impl<S: Scalar> DriveState<S> {
     /// All parts turn at `omega`, without twist or current, at the reference temperature.
     pub fn turning(omega: S, theta: S) -> Self {
         let zero = S::zero();
-        State {
+        DriveState {
             omega,
             theta,
             current: zero,
@@ -284,7 +284,7 @@ impl<S: Scalar> Rig<S> {
     }
 
     /// Advances the state over one row; returns the mean current over it, A.
-    pub fn advance(&self, state: &mut State<S>, row: &RowInput) -> S {
+    pub fn advance(&self, state: &mut DriveState<S>, row: &RowInput) -> S {
         let steps = self.steps(row.dt_s);
         let at_rest = (row.dt_s / REST_STEP_S).ceil() as u32;
         if self.structure.inductance_H.is_none() || !self.input.is_voltage() || steps >= at_rest {
@@ -303,7 +303,7 @@ impl<S: Scalar> Rig<S> {
     }
 
     /// Whether a rotor at rest stays at rest with the present input.
-    fn is_held(&self, state: &State<S>, row: &RowInput) -> bool {
+    fn is_held(&self, state: &DriveState<S>, row: &RowInput) -> bool {
         let x = self.point(row, Part::END, state.theta, self.motor_omega(state), state.current, state.heat_K);
         let total = self.contributions(&x, row, state.theta);
         let motor = self.motor(&total, x.omega, state.current, row, row.whole());
@@ -312,7 +312,7 @@ impl<S: Scalar> Rig<S> {
     }
 
     #[inline]
-    fn advance_in(&self, state: &mut State<S>, row: &RowInput, steps: u32) -> S {
+    fn advance_in(&self, state: &mut DriveState<S>, row: &RowInput, steps: u32) -> S {
         if steps == 1 {
             return self.step(state, row, row.whole());
         }
@@ -336,7 +336,7 @@ impl<S: Scalar> Rig<S> {
     }
 
     /// Current at the start of `row`, A, for a log with instantaneous current samples.
-    pub fn current_now(&self, state: &State<S>, row: &RowInput) -> S {
+    pub fn current_now(&self, state: &DriveState<S>, row: &RowInput) -> S {
         if self.input == Input::Current {
             return S::from(row.input);
         }
@@ -399,13 +399,13 @@ impl<S: Scalar> Rig<S> {
 
     /// One step over a part of the row; returns the mean current over it.
     #[inline]
-    fn step(&self, state: &mut State<S>, row: &RowInput, part: Part) -> S {
+    fn step(&self, state: &mut DriveState<S>, row: &RowInput, part: Part) -> S {
         if self.structure.is_plain() { self.step_plain(state, row, part) } else { self.step_structured(state, row, part) }
     }
 
     /// The step of a rotor with a winding: the case of most models, without copies of the whole state.
     #[inline]
-    fn step_plain(&self, state: &mut State<S>, row: &RowInput, part: Part) -> S {
+    fn step_plain(&self, state: &mut DriveState<S>, row: &RowInput, part: Part) -> S {
         let half = part.half();
         let x = self.point(row, half, state.theta, state.omega, state.current, state.heat_K);
         let motor = self.motor(&self.contributions(&x, row, state.theta), state.omega, state.current, row, half);
@@ -423,7 +423,7 @@ impl<S: Scalar> Rig<S> {
 
     /// The step with shaft, bristle, winding temperature, or a law that depends on the current.
     #[inline(never)]
-    fn step_structured(&self, state: &mut State<S>, row: &RowInput, part: Part) -> S {
+    fn step_structured(&self, state: &mut DriveState<S>, row: &RowInput, part: Part) -> S {
         let start = *state;
         let half_part = part.half();
         let mut x = self.point(row, half_part, start.theta, self.motor_omega(&start), start.current, start.heat_K);
@@ -441,7 +441,7 @@ impl<S: Scalar> Rig<S> {
     }
 
     /// Rate at the friction and the winding.
-    fn motor_omega(&self, state: &State<S>) -> S {
+    fn motor_omega(&self, state: &DriveState<S>) -> S {
         if self.structure.shaft.is_some() { state.motor_omega } else { state.omega }
     }
 
@@ -470,7 +470,14 @@ impl<S: Scalar> Rig<S> {
     }
 
     /// From `start` over a part of the row, with the contributions `total` at the state `mid`; returns the end state and the mean current.
-    fn stage(&self, start: &State<S>, mid: &State<S>, total: &Contributions<S>, row: &RowInput, part: Part) -> (State<S>, S) {
+    fn stage(
+        &self,
+        start: &DriveState<S>,
+        mid: &DriveState<S>,
+        total: &Contributions<S>,
+        row: &RowInput,
+        part: Part,
+    ) -> (DriveState<S>, S) {
         let mut end = *start;
         let h = part.length_s;
         let omega = self.motor_omega(mid);

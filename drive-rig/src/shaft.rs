@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-use crate::{State, slide};
+use crate::{DriveState, slide};
 use drive_model::{Scalar, Shaft};
 
 /// Motor and platform during a step, with what acts on them.
@@ -21,7 +21,7 @@ pub(super) struct TwoBodies<S> {
 
 impl<S: Scalar> TwoBodies<S> {
     /// Advances motor and platform over `h`, in two parts if the play closes or opens within the step.
-    pub(super) fn twist(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, h: f64) {
+    pub(super) fn twist(&self, shaft: &Shaft<S>, start: &DriveState<S>, end: &mut DriveState<S>, h: f64) {
         let half_gap = shaft.gap.re() * 0.5;
         let side = Side::at(start, half_gap);
         self.twist_on(side, shaft, start, end, h);
@@ -49,7 +49,7 @@ impl<S: Scalar> TwoBodies<S> {
 
     /// As [`TwoBodies::twist`] for an unchanged contact: both masses by the series of [`TwoBodies::swing`]. If the shaft is too stiff, or
     /// the motor comes to rest: the twist by the implicit midpoint rule (stable at any stiffness), then each mass by [`slide`].
-    fn twist_on<H>(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, h: H)
+    fn twist_on<H>(&self, side: Side, shaft: &Shaft<S>, start: &DriveState<S>, end: &mut DriveState<S>, h: H)
     where
         S: Mul<H, Output = S> + Add<H, Output = S>,
         H: Copy,
@@ -87,7 +87,7 @@ impl<S: Scalar> TwoBodies<S> {
     /// Oscillation of motor against platform while the motor slides: the twist x'' = a − k x − c x' by its Taylor series up to h⁵, the
     /// common motion exactly. `motor` is the acceleration of the motor without the shaft. Returns whether the result is valid: the series
     /// converges, and the motor did not come to rest.
-    fn swing<H>(&self, start: &State<S>, end: &mut State<S>, motor: S, (wound, k, c): (S, S, S), h: H) -> bool
+    fn swing<H>(&self, start: &DriveState<S>, end: &mut DriveState<S>, motor: S, (wound, k, c): (S, S, S), h: H) -> bool
     where
         S: Mul<H, Output = S>,
         H: Copy,
@@ -119,7 +119,7 @@ impl<S: Scalar> TwoBodies<S> {
     }
 
     /// Each mass by itself, with the torque `through` the shaft.
-    fn turn<H>(&self, start: &State<S>, end: &mut State<S>, through: S, h: H)
+    fn turn<H>(&self, start: &DriveState<S>, end: &mut DriveState<S>, through: S, h: H)
     where
         S: Mul<H, Output = S> + Add<H, Output = S>,
         H: Copy,
@@ -187,7 +187,7 @@ enum Side {
 
 impl Side {
     /// Exactly at a flank, the direction of motion decides about contact.
-    fn at<S: Scalar>(state: &State<S>, half_gap: f64) -> Side {
+    fn at<S: Scalar>(state: &DriveState<S>, half_gap: f64) -> Side {
         let (twist, relative) = (state.twist.re(), (state.motor_omega - state.omega).re());
         if half_gap <= 0.0 || twist > half_gap || (twist == half_gap && relative > 0.0) {
             Side::Ahead

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use hal_sim::gyro::{AngleSensor, DEG_H, Site, ThreeAxis, Torquer};
 use hal_sim::peripherals::{Noise, SlowNoise};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use identification::log::{Column, Format, Log, LogError, Note, Notes};
@@ -131,7 +132,7 @@ impl Platform {
 }
 
 /// The true values of a session.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct PlatformTruth {
     /// Own drift, mean over the cycles, rad/s.
     pub own_rad_s: [f64; 3],

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use drive_model::{Card, card, cards};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::course::{HuntTask, Lab, Language, QuantitySpec, When};
@@ -21,7 +22,7 @@ pub const UNKNOWN: &str = "unknown";
 const MAX_SUM_EXCESS: f64 = 0.01;
 
 /// A measured value.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct QuantityAnswer {
     /// Value; NaN: not filled in.
@@ -37,7 +38,7 @@ pub struct QuantityAnswer {
 }
 
 /// Probabilities for one log.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HuntAnswer {
     /// Where the model fails, in words.
@@ -49,7 +50,7 @@ pub struct HuntAnswer {
 }
 
 /// All answers.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Answers {
     /// The student's conclusion.
@@ -63,7 +64,7 @@ pub struct Answers {
 }
 
 /// What is missing or malformed.
-#[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum AnswerProblem {
     /// No answer.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::LabError;
@@ -11,7 +12,7 @@ use super::journal::{Event, JOURNAL_FILE, Journal, append, record_explained, wor
 use super::work::{Work, hashes};
 
 /// Result of a check.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Checked {
     /// All answers before the measurement are given and well formed.
     pub before_complete: bool,

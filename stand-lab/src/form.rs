@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
@@ -18,7 +19,7 @@ use super::work::Work;
 use identification::files;
 
 /// A measured value; empty numbers: not filled in.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct QuantityForm {
     /// Value.
@@ -33,7 +34,7 @@ pub struct QuantityForm {
 }
 
 /// Probabilities for one log; a class with an empty one is not in the table.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HuntForm {
     /// Where the model fails.
@@ -45,7 +46,7 @@ pub struct HuntForm {
 }
 
 /// The entries that a work asks for. An entry that a filled form lacks stays as it is.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AnswersForm {
     /// Conclusion; `None`: no change.
@@ -59,7 +60,7 @@ pub struct AnswersForm {
 }
 
 /// A form with the file that it shows.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct LoadedForm {
     /// SHA-256 of the file.
     pub sha256: String,

@@ -7,6 +7,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stand_firmware::VERSION;
 
@@ -22,7 +23,7 @@ use super::teacher_reference::TeacherReference;
 use super::work::{WORK_FILE, Work, hashes, path_in};
 
 /// What speaks against a work apart from its values.
-#[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Objection {
     /// The chain of the journal is broken.
@@ -85,7 +86,7 @@ pub enum Objection {
 }
 
 /// A judged log of a hunt.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct JudgedLog {
     /// What the log hides.
     #[serde(flatten)]
@@ -97,7 +98,7 @@ pub struct JudgedLog {
 }
 
 /// The judged hunt.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct JudgedHunt {
     /// The logs.
     pub logs: Vec<JudgedLog>,
@@ -108,7 +109,7 @@ pub struct JudgedHunt {
 }
 
 /// The judgement.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Grade {
     /// The work.
     pub work: Work,

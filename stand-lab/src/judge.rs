@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Normalised error up to which a value agrees with the reference (ISO/IEC 17043:2023, annex B: |E_n| ≤ 1).
@@ -17,7 +18,7 @@ pub const MAX_UNCERTAINTY_RATIO: f64 = 2.0;
 pub const MAX_ERROR_RATIO: f64 = 2.0;
 
 /// Judgement of a value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mark {
     /// Agrees with the reference, with an uncertainty within its limit.
@@ -44,7 +45,7 @@ impl Mark {
 }
 
 /// A judged value.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct JudgedQuantity {
     /// Name of the quantity, with its unit.
     pub name: String,

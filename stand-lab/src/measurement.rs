@@ -3,6 +3,7 @@
 //! The logs are those of the simulated stand, bit-identical for one build and one attempt. The true device and the noise have seeds of
 //! their own. Notes that would give a seed away, and the date, are left out, so that the files can be compared by their hash.
 
+use schemars::JsonSchema;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -50,7 +51,7 @@ pub enum Truth {
 }
 
 /// What a log hides.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, JsonSchema)]
 pub struct Hidden {
     /// Name of the log.
     pub log: String,

@@ -123,9 +123,9 @@ pub(super) fn record(task: &OncePerTurnTask, k: usize, (device, noise): (u64, u6
 }
 
 /// Rows of a log after settling.
-struct Run(Vec<Row>);
+struct Run(Vec<TurnRow>);
 
-struct Row {
+struct TurnRow {
     t_s: f64,
     /// Angle by the encoder, rad.
     theta: f64,
@@ -141,7 +141,7 @@ struct Components {
 
 impl Run {
     fn of(log: &Log, settle_s: f64) -> Option<Self> {
-        let rows = log.t_s().iter().zip(log.column("theta_rad")?).map(|(t_s, theta)| Row { t_s: *t_s, theta: *theta });
+        let rows = log.t_s().iter().zip(log.column("theta_rad")?).map(|(t_s, theta)| TurnRow { t_s: *t_s, theta: *theta });
         Some(Run(rows.filter(|row| row.t_s >= settle_s).collect()))
     }
 

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::seal::{Attempt, Key};
@@ -16,7 +17,7 @@ const SEAL: &str = "real stand";
 const REFERENCE: &str = "reference";
 
 /// The reply of a stand to `*IDN?` (IEEE 488.2, §10.14).
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StandIdentity {
     /// Manufacturer.
@@ -45,7 +46,7 @@ impl std::fmt::Display for StandIdentity {
 }
 
 /// The real stand of a work.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RealStand {
     /// Where the reference values are from, in the teacher's words; no values.

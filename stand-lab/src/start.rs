@@ -1,5 +1,6 @@
 //! Start of an attempt: the work folder with logs, instructions and the table of answers.
 
+use schemars::JsonSchema;
 use std::path::Path;
 
 use stand_firmware::VERSION;
@@ -34,7 +35,7 @@ pub struct Started {
 }
 
 /// A quantity of the teacher's reference beside the reference procedure on the recorded logs.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, JsonSchema)]
 pub struct ReferenceCheck {
     /// Name of the quantity.
     pub name: String,

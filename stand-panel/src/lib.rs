@@ -30,6 +30,8 @@ mod session;
 mod socket;
 mod stage;
 mod stream;
+#[cfg(test)]
+mod texts;
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};

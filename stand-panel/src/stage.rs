@@ -7,6 +7,7 @@ use stand_acquire::calibration_session::Action;
 
 /// The present stage of a job.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Stage {
     /// It has just begun.
@@ -97,6 +98,7 @@ impl From<&Progress> for Stage {
 
 /// What the person at the page is asked to do.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Request {
     /// Turn the gyroscope of a drift session and level it.
@@ -111,6 +113,7 @@ pub enum Request {
 
 /// Why the panel stopped the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum StopReason {
     /// STOP on a page.

@@ -12,6 +12,7 @@ use super::stored_record::{RECORD_FILE, StoredRecord};
 use identification::files;
 use identification::statistics::uncertainty::COVERAGE_PROBABILITY;
 use rusqlite::{Connection, OptionalExtension, TransactionBehavior, params};
+use schemars::JsonSchema;
 use stand_acquire::calibration_session::journal::{JournalError, sha256};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -85,7 +86,7 @@ pub struct RecordStore {
 }
 
 /// A quantity of a session in the store.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, JsonSchema)]
 pub struct QuantityRow {
     /// Number of the session.
     pub session: i64,

@@ -6,6 +6,9 @@
 use identification::statistics::uncertainty::{
     COVERAGE_PROBABILITY, Conditions, Contribution, CovarianceMatrix, Distribution, Evaluation, Quantity,
 };
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
@@ -31,7 +34,7 @@ pub struct StoredRecord {
 }
 
 /// What a record contains beside the quantities.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct RecordHeader {
     /// What was calibrated.
     #[serde(rename = "what")]
@@ -90,7 +93,7 @@ pub struct RecordHeader {
 }
 
 /// The crystal of the stand, compared with a clock reference.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct StoredCrystal {
     /// Name of the reference.
     pub reference: String,
@@ -104,7 +107,7 @@ pub struct StoredCrystal {
 }
 
 /// A quantity that was not found.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct StoredAbsence {
     /// Name of the quantity.
     pub name: String,
@@ -114,7 +117,7 @@ pub struct StoredAbsence {
 }
 
 /// A curve with its texts.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct StoredCurve {
     /// Title.
     pub title: String,
@@ -132,7 +135,7 @@ pub struct StoredCurve {
 }
 
 /// A named series of points.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct StoredSeries {
     /// Name.
     pub name: String,
@@ -141,7 +144,7 @@ pub struct StoredSeries {
 }
 
 /// A line of a budget in the file.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 struct ContributionEntry {
     #[serde(rename = "of")]
     source: String,
@@ -162,7 +165,7 @@ struct ContributionEntry {
 }
 
 /// A quantity in the file. u, ν, k and U follow from the budget and are not read.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 struct QuantityEntry {
     #[serde(deserialize_with = "null_as_nan")]
     value: f64,
@@ -257,6 +260,22 @@ impl Serialize for StoredRecord {
         }
         map.serialize_entry("record", &self.header)?;
         map.end()
+    }
+}
+
+impl JsonSchema for StoredRecord {
+    fn schema_name() -> Cow<'static, str> {
+        "StoredRecord".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "object",
+            "description": "The header as `record`, and each quantity by its name.",
+            "properties": { "record": generator.subschema_for::<RecordHeader>() },
+            "required": ["record"],
+            "additionalProperties": generator.subschema_for::<QuantityEntry>(),
+        })
     }
 }
 

@@ -113,7 +113,7 @@ fn flicker_bias(r: f64) -> f64 {
 
 /// The straight line over the days.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct TrendLine {
     /// Value at day 0.
     pub at_first: f64,
     /// Slope per day.
@@ -124,7 +124,7 @@ pub struct Line {
     pub birge_ratio: f64,
 }
 
-impl Line {
+impl TrendLine {
     /// The slope exceeds its expanded uncertainty.
     pub fn is_significant(&self) -> bool {
         self.slope.value.abs() > self.slope.expanded_u()
@@ -141,7 +141,7 @@ pub struct Series {
     /// For each point after the first: change since the first, change since the previous one.
     pub changes: Vec<(Change, Change)>,
     /// The straight line.
-    pub line: Option<Line>,
+    pub line: Option<TrendLine>,
     /// Standard deviation from session to session, from three records on (IEEE Std 528: repeatability; with the power switched off in
     /// between, from turn-on to turn-on).
     pub repeatability: Option<Quantity<(), ()>>,
@@ -292,7 +292,7 @@ fn trend(records: &[&ArchivedRecord], quantity: Option<&str>) -> Trend {
 
 /// Weighted least squares over the days. The weights contain what is not common to all records; a Birge ratio above 1 enlarges the
 /// uncertainty of the slope.
-fn line(points: &[Point]) -> Option<Line> {
+fn line(points: &[Point]) -> Option<TrendLine> {
     if points.len() < MIN_LINE_RECORDS {
         return None;
     }
@@ -319,7 +319,7 @@ fn line(points: &[Point]) -> Option<Line> {
     let q = &points[0].quantity;
     let unit = if q.unit == "1" { "1/d".to_owned() } else { format!("{}/d", q.unit) };
     let slope_quantity = Quantity::new(&q.name, &unit, slope, vec![Contribution::type_a("records", u, dof, ())]);
-    Some(Line { at_first: value - slope * day, slope: slope_quantity, records: points.len(), birge_ratio })
+    Some(TrendLine { at_first: value - slope * day, slope: slope_quantity, records: points.len(), birge_ratio })
 }
 
 /// Standard deviation of the values.

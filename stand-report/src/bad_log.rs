@@ -1,5 +1,7 @@
 //! A log that is not plausible as a record of a drive: its findings as text, HTML and JSON.
 
+use crate::schema;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -15,7 +17,7 @@ const CONCLUSION: &str =
     "The columns of this log contradict their names, so no model was compared with it. Correct the columns, then run the command again.";
 
 /// The answer about an implausible log.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub struct BadLogJson {
     verdict: &'static str,
     problems: Vec<ProblemJson>,
@@ -27,7 +29,7 @@ pub struct BadLogJson {
     warnings: Vec<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ProblemJson {
     code: &'static str,
     says: String,
@@ -84,4 +86,9 @@ pub fn bad_log_html(log: &Log, findings: &[Defect]) -> String {
 
 fn title(log: &Log) -> String {
     format!("{}: not plausible as a record of a drive", log.path().display())
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("compare and fit, not a plausible record", schema::of::<BadLogJson>())]
 }

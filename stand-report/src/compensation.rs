@@ -1,9 +1,11 @@
 //! A compensation written into a stand, as text and JSON.
 
+use crate::schema;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 use stand_firmware::compensation::{Compensation, MAX_HARMONICS};
 
 use super::json::value;
@@ -79,24 +81,26 @@ impl FileCompensation<'_> {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct FileCompensationJson<'a> {
     stand: String,
     written: bool,
     source: &'static str,
+    /// Settings of the compensation by name.
+    #[schemars(with = "Value")]
     compensation: &'a Compensation,
     left_out: Vec<String>,
     ripple: Vec<RippleJson>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct RippleJson {
     rate_rad_s: f64,
     orders: Vec<HarmonicJson>,
     one_degree: OneDegreeJson,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct HarmonicJson {
     order: u16,
     before_rad_s: f64,
@@ -104,7 +108,7 @@ struct HarmonicJson {
     factor: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct OneDegreeJson {
     before: f64,
     after: f64,
@@ -159,13 +163,41 @@ fn not_compensated(torque: &NotCompensated) -> String {
     }
 }
 
+/// A torque that is not compensated, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum LeftOutKind {
+    /// An effect that the firmware does not compensate.
+    Effect {
+        /// The effect.
+        effect: String,
+    },
+    /// An effect of the user's own.
+    UserEffect {
+        /// The effect.
+        effect: String,
+    },
+    /// A harmonic beyond those that the firmware holds.
+    WeakHarmonic {
+        /// Its order.
+        order: u16,
+        /// Harmonics that the firmware holds.
+        most: usize,
+    },
+    /// No harmonic above the noise.
+    NoHarmonic {
+        /// The threshold, N m.
+        threshold_N_m: f64,
+    },
+}
+
 /// What is not compensated, for programs.
-fn not_compensated_json(torque: &NotCompensated) -> Value {
+fn left_out_kind(torque: &NotCompensated) -> LeftOutKind {
     match torque {
-        NotCompensated::Effect(name) => json!({"kind": "effect", "effect": name}),
-        NotCompensated::UserEffect(name) => json!({"kind": "user-effect", "effect": name}),
-        NotCompensated::WeakHarmonic(order) => json!({"kind": "weak-harmonic", "order": order, "most": MAX_HARMONICS}),
-        NotCompensated::NoHarmonic { threshold_N_m } => json!({"kind": "no-harmonic", "threshold_N_m": threshold_N_m}),
+        NotCompensated::Effect(name) => LeftOutKind::Effect { effect: name.clone() },
+        NotCompensated::UserEffect(name) => LeftOutKind::UserEffect { effect: name.clone() },
+        NotCompensated::WeakHarmonic(order) => LeftOutKind::WeakHarmonic { order: *order, most: MAX_HARMONICS },
+        NotCompensated::NoHarmonic { threshold_N_m } => LeftOutKind::NoHarmonic { threshold_N_m: *threshold_N_m },
     }
 }
 
@@ -191,7 +223,7 @@ pub fn serial_text(port: &str, result: &InForce, save: bool) -> String {
     text
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct SerialCompensationJson<'a> {
     port: &'a str,
     source: &'a str,
@@ -200,11 +232,11 @@ struct SerialCompensationJson<'a> {
     saved: bool,
     left_out: Vec<String>,
     /// The same: kind and numbers.
-    left_out_reasons: Vec<Value>,
+    left_out_reasons: Vec<LeftOutKind>,
     ripple: Option<TrialJson>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct TrialJson {
     rate_rad_s: f64,
     orders: Vec<HarmonicJson>,
@@ -213,7 +245,7 @@ struct TrialJson {
 /// A compensation in force on the stand behind `port`, as JSON; `source`: `model` or `measured`; `save`: it was to be saved in the flash.
 pub fn serial_json(port: &str, source: &str, result: &InForce, save: bool) -> Value {
     let left_out = result.not_compensated.iter().map(not_compensated).collect();
-    let left_out_reasons = result.not_compensated.iter().map(not_compensated_json).collect();
+    let left_out_reasons = result.not_compensated.iter().map(left_out_kind).collect();
     let withdrawn = result.withdrawn.is_some();
     let trial = |trial: &Trial| TrialJson {
         rate_rad_s: trial.rate_rad_s,
@@ -235,4 +267,12 @@ pub fn serial_json(port: &str, source: &str, result: &InForce, save: bool) -> Va
 /// A number with three digits.
 fn short(x: f64) -> String {
     if x != 0.0 && !(1e-3..1e4).contains(&x.abs()) { format!("{x:.2e}") } else { format!("{x:.4}") }
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![
+        ("compensate --stand", schema::of::<FileCompensationJson<'_>>()),
+        ("compensate --port", schema::of::<SerialCompensationJson<'_>>()),
+    ]
 }

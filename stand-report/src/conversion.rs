@@ -1,7 +1,9 @@
 //! A converted log, as text and JSON.
 
+use crate::schema;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -18,7 +20,7 @@ pub fn text(log: &Log, out: &Path) -> String {
     text
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ConversionJson<'a> {
     log: String,
     out: String,
@@ -36,4 +38,9 @@ pub fn json(log: &Log, out: &Path) -> Value {
         columns: log.columns().iter().map(|column| column.name.as_str()).collect(),
         warnings: log.warnings().iter().map(log_warning).collect(),
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("convert", schema::of::<ConversionJson<'_>>())]
 }

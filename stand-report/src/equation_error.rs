@@ -1,5 +1,7 @@
 //! A fit by equation error beside the output-error fit, as text and JSON.
 
+use crate::schema;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -94,7 +96,7 @@ impl Fit<'_> {
 }
 
 /// The answer of `stand fit --equation-error --json`.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct EquationErrorJson<'a> {
     log: String,
     model: &'a str,
@@ -108,7 +110,7 @@ struct EquationErrorJson<'a> {
     free_run: Option<FreeRunJson>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ParameterJson {
     value: f64,
     sigma: f64,
@@ -117,7 +119,7 @@ struct ParameterJson {
     at_bound: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ExplainedJson {
     rms: f64,
     error_percent: f64,
@@ -125,14 +127,14 @@ struct ExplainedJson {
     unit: &'static str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 enum FreeRunJson {
     Fitted { parameters: Entries<ParameterJson>, outputs: Entries<OutputJson>, converged: bool },
     Failed { error: String },
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct OutputJson {
     rms: f64,
     noise: f64,
@@ -159,4 +161,9 @@ fn free_run(axis: Axis, result: &Result<FitResult, FitError>) -> FreeRunJson {
         }
         Err(error) => FreeRunJson::Failed { error: error.to_string() },
     }
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("fit --equation-error", schema::of::<EquationErrorJson<'_>>())]
 }

@@ -1,5 +1,7 @@
 //! An inspected file as text and JSON.
 
+use crate::schema;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -292,7 +294,7 @@ fn remarks(column: &ColumnInspection) -> Vec<String> {
     remarks
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct InspectionJson {
     log: String,
     rows: usize,
@@ -314,7 +316,7 @@ struct InspectionJson {
     columns: Vec<ColumnJson>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ColumnJson {
     number: usize,
     name: String,
@@ -367,4 +369,9 @@ pub fn json(inspection: &Inspection) -> Value {
         open: open_question(inspection).filter(|_| !inspection.is_own),
         columns: inspection.columns.iter().map(column).collect(),
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("log inspect", schema::of::<InspectionJson>())]
 }

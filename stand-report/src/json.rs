@@ -1,10 +1,13 @@
 //! JSON that all reports share. Numbers that are not finite become `null`: JSON has no number for them.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-/// An answer as JSON.
-pub fn value(answer: &impl Serialize) -> Value {
+/// An answer as JSON. Each answer has a schema ([`crate::schema`]).
+pub fn value(answer: &(impl Serialize + JsonSchema)) -> Value {
     // Fails only on maps whose keys are not strings; no answer has one.
     serde_json::to_value(answer).unwrap_or_else(|error| json!({"error": error.to_string()}))
 }
@@ -15,6 +18,16 @@ pub struct Entries<T>(pub Vec<(String, T)>);
 impl<T: Serialize> Serialize for Entries<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.0.iter().map(|(name, entry)| (name, entry)))
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for Entries<T> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("EntriesOf{}", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        <std::collections::BTreeMap<String, T>>::json_schema(generator)
     }
 }
 

@@ -4,6 +4,8 @@
 //! print. The page of the judgement is for the teacher. No text says that a work is passed: answers in words and the conclusion are the
 //! teacher's to judge.
 
+use crate::schema;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -25,7 +27,7 @@ use stand_lab::work::Work;
 /// Digits of a normalised error and of a score.
 const DIGITS: u32 = 3;
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ListedLab<'a> {
     number: u32,
     id: &'a str,
@@ -90,7 +92,7 @@ fn reference_check_text(check: &ReferenceCheck) -> String {
     text
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct StartedJson<'a> {
     #[serde(flatten)]
     work: &'a Work,
@@ -123,7 +125,7 @@ pub fn checked_text(checked: &Checked, lab: &Lab, work: &Work) -> String {
     text + &format!("{} {}\n", w.code_to_note, &checked.code[..16])
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct CheckedJson<'a> {
     #[serde(flatten)]
     checked: &'a Checked,
@@ -131,7 +133,7 @@ struct CheckedJson<'a> {
     real_stand: Option<CheckedStandJson<'a>>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct CheckedStandJson<'a> {
     identity: &'a StandIdentity,
     reference_source: &'a str,
@@ -205,7 +207,7 @@ fn reference_text(q: &JudgedQuantity, digits: u32) -> String {
     if q.true_value_u > 0.0 { with_sigma(q.reference, q.true_value_u) } else { significant(q.reference, digits) }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct GradeJson<'a> {
     #[serde(flatten)]
     grade: &'a Grade,
@@ -364,7 +366,7 @@ pub fn report_html(work: &Work, lab: &Lab, answers: &Answers, journal: &Result<J
     page.finish()
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ReportJson<'a> {
     #[serde(flatten)]
     work: &'a Work,
@@ -384,4 +386,15 @@ pub fn report_json(work: &Work, answers: &Answers, journal: &Result<Journal, Cha
         journal_error: journal.as_ref().err(),
         code: whole.map(Journal::code),
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![
+        ("lab list", schema::of::<Vec<ListedLab<'_>>>()),
+        ("lab start", schema::of::<StartedJson<'_>>()),
+        ("lab check", schema::of::<CheckedJson<'_>>()),
+        ("lab grade", schema::of::<GradeJson<'_>>()),
+        ("lab report", schema::of::<ReportJson<'_>>()),
+    ]
 }

@@ -1,8 +1,8 @@
 //! Misfits of a model as sentences and as JSON, for comparisons and explanations.
 
 use drive_model::Coordinate;
+use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::{Value, json};
 
 use super::html::{Cell, Class, Page, Table};
 use super::{column, listed, numbers};
@@ -123,41 +123,115 @@ fn form(axis: Axis, m: &Misfit) -> String {
     }
 }
 
+/// Form of the missing term, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum FormKind {
+    /// A torque.
+    Torque,
+    /// A constant torque.
+    ConstantTorque,
+    /// A torque that begins.
+    TorqueStep {
+        /// Its time, s.
+        t_s: f64,
+    },
+    /// A torque over the angle.
+    AngleTorque,
+    /// A ripple of the motor constant.
+    TorqueRipple,
+    /// Friction over the angle.
+    AngleFriction,
+    /// A voltage.
+    Voltage,
+    /// A voltage at one frequency.
+    VoltageLine {
+        /// Hz.
+        frequency_Hz: f64,
+    },
+    /// An error of the motor constant.
+    MotorConstant,
+    /// A torque at one frequency.
+    Line {
+        /// Hz.
+        frequency_Hz: f64,
+    },
+    /// An error of the encoder.
+    EncoderError,
+    /// An eccentric encoder.
+    EncoderEccentricity,
+    /// A harmonic over the angle.
+    AngleHarmonic,
+    /// A harmonic of a sensor.
+    SensorHarmonic,
+    /// The friction differs from log to log.
+    FrictionByLog,
+    /// The resistance differs from log to log.
+    ResistanceByLog,
+    /// An offset of the voltage within each log.
+    VoltageOffsetByLog,
+    /// An offset of the torque within each log.
+    TorqueOffsetByLog,
+    /// An offset of a reading within each log.
+    OffsetByLog {
+        /// Column of the channel.
+        channel: Option<&'static str>,
+    },
+    /// A scale of the voltage within each log.
+    VoltageScaleByLog,
+    /// A scale of the torque within each log.
+    TorqueScaleByLog,
+    /// A scale of a reading within each log.
+    ScaleByLog {
+        /// Column of the channel.
+        channel: Option<&'static str>,
+    },
+    /// An offset.
+    Offset,
+    /// An error of a sensor.
+    SomeSensor,
+    /// An error of the sensor of a channel.
+    Sensor {
+        /// Column of the channel.
+        channel: Option<&'static str>,
+    },
+    /// A torque, or an error of a sensor.
+    TorqueOrSensor,
+    /// A harmonic torque, or an error of a sensor.
+    HarmonicTorqueOrSensor,
+}
+
 /// Form of the missing term for programs: its kind and its numbers.
-fn form_json(axis: Axis, signature: Signature) -> Value {
-    let channel_json = |channel: Option<Channel>| channel.map_or(Value::Null, |channel| column(axis, channel).into());
+fn form_kind(axis: Axis, signature: Signature) -> FormKind {
+    let column_of = |channel: Option<Channel>| channel.map(|channel| column(axis, channel));
     match signature {
-        Signature::Torque => json!({"kind": "torque"}),
-        Signature::ConstantTorque => json!({"kind": "constant-torque"}),
-        Signature::TorqueStep { t_s } => json!({"kind": "torque-step", "t_s": t_s}),
-        Signature::AngleTorque => json!({"kind": "angle-torque"}),
-        Signature::TorqueRipple => json!({"kind": "torque-ripple"}),
-        Signature::AngleFriction => json!({"kind": "angle-friction"}),
-        Signature::Voltage => json!({"kind": "voltage"}),
-        Signature::VoltageLine { frequency_hz } => json!({"kind": "voltage-line", "frequency_Hz": frequency_hz}),
-        Signature::MotorConstant => json!({"kind": "motor-constant"}),
-        Signature::Line { frequency_hz } => json!({"kind": "line", "frequency_Hz": frequency_hz}),
-        Signature::EncoderError => json!({"kind": "encoder-error"}),
-        Signature::EncoderEccentricity => json!({"kind": "encoder-eccentricity"}),
-        Signature::AngleHarmonic => json!({"kind": "angle-harmonic"}),
-        Signature::SensorHarmonic => json!({"kind": "sensor-harmonic"}),
-        Signature::ByLog { difference: Difference::Friction, .. } => json!({"kind": "friction-by-log"}),
-        Signature::ByLog { difference: Difference::Resistance, .. } => json!({"kind": "resistance-by-log"}),
-        Signature::ByLog { difference: Difference::Offset, channel: None, is_voltage: true } => json!({"kind": "voltage-offset-by-log"}),
-        Signature::ByLog { difference: Difference::Offset, channel: None, is_voltage: false } => json!({"kind": "torque-offset-by-log"}),
-        Signature::ByLog { difference: Difference::Offset, channel, .. } => {
-            json!({"kind": "offset-by-log", "channel": channel_json(channel)})
-        }
-        Signature::ByLog { difference: Difference::Scale, channel: None, is_voltage: true } => json!({"kind": "voltage-scale-by-log"}),
-        Signature::ByLog { difference: Difference::Scale, channel: None, is_voltage: false } => json!({"kind": "torque-scale-by-log"}),
-        Signature::ByLog { difference: Difference::Scale, channel, .. } => {
-            json!({"kind": "scale-by-log", "channel": channel_json(channel)})
-        }
-        Signature::Offset => json!({"kind": "offset"}),
-        Signature::Sensor { channel: None } => json!({"kind": "some-sensor"}),
-        Signature::Sensor { channel } => json!({"kind": "sensor", "channel": channel_json(channel)}),
-        Signature::TorqueOrSensor => json!({"kind": "torque-or-sensor"}),
-        Signature::HarmonicTorqueOrSensor => json!({"kind": "harmonic-torque-or-sensor"}),
+        Signature::Torque => FormKind::Torque,
+        Signature::ConstantTorque => FormKind::ConstantTorque,
+        Signature::TorqueStep { t_s } => FormKind::TorqueStep { t_s },
+        Signature::AngleTorque => FormKind::AngleTorque,
+        Signature::TorqueRipple => FormKind::TorqueRipple,
+        Signature::AngleFriction => FormKind::AngleFriction,
+        Signature::Voltage => FormKind::Voltage,
+        Signature::VoltageLine { frequency_hz } => FormKind::VoltageLine { frequency_Hz: frequency_hz },
+        Signature::MotorConstant => FormKind::MotorConstant,
+        Signature::Line { frequency_hz } => FormKind::Line { frequency_Hz: frequency_hz },
+        Signature::EncoderError => FormKind::EncoderError,
+        Signature::EncoderEccentricity => FormKind::EncoderEccentricity,
+        Signature::AngleHarmonic => FormKind::AngleHarmonic,
+        Signature::SensorHarmonic => FormKind::SensorHarmonic,
+        Signature::ByLog { difference: Difference::Friction, .. } => FormKind::FrictionByLog,
+        Signature::ByLog { difference: Difference::Resistance, .. } => FormKind::ResistanceByLog,
+        Signature::ByLog { difference: Difference::Offset, channel: None, is_voltage: true } => FormKind::VoltageOffsetByLog,
+        Signature::ByLog { difference: Difference::Offset, channel: None, is_voltage: false } => FormKind::TorqueOffsetByLog,
+        Signature::ByLog { difference: Difference::Offset, channel, .. } => FormKind::OffsetByLog { channel: column_of(channel) },
+        Signature::ByLog { difference: Difference::Scale, channel: None, is_voltage: true } => FormKind::VoltageScaleByLog,
+        Signature::ByLog { difference: Difference::Scale, channel: None, is_voltage: false } => FormKind::TorqueScaleByLog,
+        Signature::ByLog { difference: Difference::Scale, channel, .. } => FormKind::ScaleByLog { channel: column_of(channel) },
+        Signature::Offset => FormKind::Offset,
+        Signature::Sensor { channel: None } => FormKind::SomeSensor,
+        Signature::Sensor { channel } => FormKind::Sensor { channel: column_of(channel) },
+        Signature::TorqueOrSensor => FormKind::TorqueOrSensor,
+        Signature::HarmonicTorqueOrSensor => FormKind::HarmonicTorqueOrSensor,
     }
 }
 
@@ -224,7 +298,7 @@ pub fn section(axis: Axis, misfits: &[Misfit], page: &mut Page) {
 }
 
 /// A misfit in a JSON answer.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub struct MisfitJson {
     output: &'static str,
     coordinate: &'static str,
@@ -234,7 +308,7 @@ pub struct MisfitJson {
     log10_p: f64,
     orders: Vec<u32>,
     /// Form of the missing term; `None`: too weak to attribute.
-    form: Option<Value>,
+    form: Option<FormKind>,
     says: String,
 }
 
@@ -249,7 +323,7 @@ impl MisfitJson {
             p_value: p_value(f.p_value),
             log10_p: f.log10_p,
             orders: if f.coordinate == Coordinate::Theta { f.harmonic_orders.clone() } else { Vec::new() },
-            form: f.signature.map(|signature| form_json(axis, signature)),
+            form: f.signature.map(|signature| form_kind(axis, signature)),
             says: sentence(axis, f),
         }
     }

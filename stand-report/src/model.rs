@@ -1,7 +1,9 @@
 //! Model files as text: contents, and changes made by an explanation.
 
+use crate::schema;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -42,7 +44,7 @@ pub fn text(model: &Model) -> String {
     text
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ModelJson<'a> {
     model: &'a str,
     axis: &'static str,
@@ -55,7 +57,7 @@ struct ModelJson<'a> {
     remarks: Vec<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ParameterJson {
     value: f64,
     unit: Option<&'static str>,
@@ -65,7 +67,7 @@ struct ParameterJson {
     description: Option<&'static str>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ExpressionJson<'a> {
     name: &'a str,
     summing_point: &'static str,
@@ -114,4 +116,9 @@ pub fn changes_text(e: &Explanation, given: &Model, path: &Path) -> String {
         text += &format!("\n  {:<24}  {line}", e.model.axis().parameter(&p.name));
     }
     text
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("model", schema::of::<ModelJson<'_>>())]
 }

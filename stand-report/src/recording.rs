@@ -1,5 +1,7 @@
 //! A recorded log, summarised as text and JSON.
 
+use crate::schema;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -25,7 +27,7 @@ pub fn text(r: &ProfileRecording) -> String {
     text
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct RecordingJson {
     log: String,
     samples: usize,
@@ -52,4 +54,9 @@ pub fn json(r: &ProfileRecording) -> Value {
         theta_zero: r.has_index.then_some("index"),
         ended: early_end(&r.end),
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("record", schema::of::<RecordingJson>())]
 }

@@ -22,7 +22,7 @@ const MAX_SHADED_BLOCKS: f64 = 150.0;
 
 /// The residual of one model, with the style-sheet class of its line.
 #[derive(Clone, Copy)]
-pub struct Line<'a> {
+pub struct PlotLine<'a> {
     /// The channel as this model has it.
     pub fit: &'a ChannelFit,
     /// Class of the line.
@@ -67,7 +67,7 @@ pub fn worst_interval(data: &PreparedLog, f: &ChannelFit) -> Option<(f64, f64)> 
 }
 
 /// The measured series, and those of the models; held-out blocks are shaded if `held_out`.
-pub fn traces(data: &PreparedLog, compared: &ComparedChannel, models: &[Line], range: (f64, f64), held_out: bool) -> Option<Drawing> {
+pub fn traces(data: &PreparedLog, compared: &ComparedChannel, models: &[PlotLine], range: (f64, f64), held_out: bool) -> Option<Drawing> {
     let first = models.first()?.fit;
     let seen = series(data, first, range, |row, _| measured(data, compared, row));
     let modelled: Vec<Pieces> = models.iter().map(|m| series(data, m.fit, range, |row, r| measured(data, compared, row) - r)).collect();
@@ -85,7 +85,7 @@ pub fn traces(data: &PreparedLog, compared: &ComparedChannel, models: &[Line], r
 }
 
 /// The residuals of the models, with a band of ± 2 × noise; held-out blocks are shaded if `held_out`.
-pub fn residuals(data: &PreparedLog, models: &[Line], range: (f64, f64), held_out: bool) -> Option<Drawing> {
+pub fn residuals(data: &PreparedLog, models: &[PlotLine], range: (f64, f64), held_out: bool) -> Option<Drawing> {
     let last = models.last()?.fit;
     let lines: Vec<Pieces> = models.iter().map(|m| series(data, m.fit, range, |_, r| r)).collect();
     let (low, high) = extent(lines.iter())?;
@@ -131,7 +131,7 @@ fn shade_held_out(data: &PreparedLog, (from, to): (f64, f64), plot: &mut Plot) {
 }
 
 /// Mean residual over a coordinate with 95 % intervals, for each model; `None` where too few rows were compared.
-pub fn over_coordinate(models: &[Line], along: &CoordinateAxis) -> Option<Drawing> {
+pub fn over_coordinate(models: &[PlotLine], along: &CoordinateAxis) -> Option<Drawing> {
     let bins = |f: &ChannelFit| binned(along.values(f.residual.len()), f.residual.iter().copied(), along.range, along.bins);
     let all: Vec<Vec<Bin>> = models.iter().map(|m| bins(m.fit)).collect();
     if all.first()?.is_empty() {

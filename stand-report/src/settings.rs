@@ -1,5 +1,7 @@
 //! Settings of a stand that were exported or imported, as text and JSON.
 
+use crate::schema;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -46,7 +48,7 @@ pub fn imported(result: &Imported) -> String {
     text
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ExportedJson<'a> {
     stand: &'a str,
     settings: Entries<SettingJson<'a>>,
@@ -54,7 +56,7 @@ struct ExportedJson<'a> {
     observer_states: usize,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct SettingJson<'a> {
     value: f64,
     unit: &'a str,
@@ -62,7 +64,7 @@ struct SettingJson<'a> {
     is_scale: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[allow(non_snake_case, reason = "names with units")]
 struct HarmonicJson {
     order: u16,
@@ -90,7 +92,7 @@ pub fn exported_json(identity: &str, settings: &StandSettings) -> Value {
     })
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ImportedJson<'a> {
     stand: &'a str,
     source: &'a str,
@@ -111,4 +113,9 @@ pub fn imported_json(source: &str, identity: &str, result: &Imported) -> Value {
 
 fn is_scale(difference: &Difference) -> bool {
     matches!(difference, Difference::Setting { after, .. } if after.is_scale())
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("settings export", schema::of::<ExportedJson<'_>>()), ("settings import", schema::of::<ImportedJson<'_>>())]
 }

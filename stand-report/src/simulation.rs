@@ -1,8 +1,10 @@
 //! A simulated log, summarised as text and JSON.
 
+use crate::schema;
 use std::collections::BTreeMap;
 
 use hal_sim::gyro::DEG_H;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -67,7 +69,7 @@ pub fn platform_json(log: &LogSummary, truth: &PlatformTruth) -> Value {
     summary
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct SimulationJson<'a> {
     log: String,
     samples: usize,
@@ -78,7 +80,7 @@ struct SimulationJson<'a> {
 }
 
 /// The hidden effect, disclosed.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 enum HiddenJson<'a> {
     Effect { effect: &'static str, parameters: &'a BTreeMap<String, f64> },
@@ -99,6 +101,11 @@ pub fn json(log: &LogSummary, hidden: Option<&HiddenEffect>, reveal: bool) -> Va
         notes: Entries(log.notes.iter().map(|(key, value)| (key.clone(), value.as_str())).collect()),
         hidden: reveal.then(disclosed),
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("sim", schema::of::<SimulationJson<'_>>())]
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //!
 //! ± is the expanded uncertainty U with a coverage probability of 95 %. Each table or text says so once ([`FOOTNOTE`]).
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::units::Scale;
@@ -41,7 +42,7 @@ pub fn estimate(estimate: &Estimate, scale: &Scale) -> String {
 }
 
 /// An estimate in JSON.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EstimateJson {
     value: f64,
     sigma: Option<f64>,
@@ -67,7 +68,7 @@ impl EstimateJson {
 }
 
 /// A quantity by its name in a standard, in the units of the user.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct QuantityJson {
     /// Name in the standard.
     name: String,

@@ -48,7 +48,10 @@ impl Compare {
 
 impl From<EvaluationError> for CliError {
     fn from(error: EvaluationError) -> Self {
-        CliError::Input(error.to_string())
+        match error {
+            EvaluationError::Prepare(error) => error.into(),
+            EvaluationError::Fit(error) => error.into(),
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
 use rustyline::history::FileHistory;
 use rustyline::{Context, Editor, Helper, Highlighter, Hinter, Validator};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::error::CliError;
@@ -36,8 +37,8 @@ pub(super) struct Console {
 }
 
 /// A line of a script, its reply, and the errors of the stand.
-#[derive(Serialize)]
-struct Exchange {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Exchange {
     line: String,
     replies: Vec<String>,
     errors: Vec<String>,

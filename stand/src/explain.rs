@@ -11,8 +11,7 @@ use super::output::{Overwrite, ReportOutput, SeriesOutput, TimeLimit, check_writ
 use super::signals::Interrupts;
 use identification::deadline::Deadline;
 use identification::files;
-use identification::identify::explain::SearchState;
-use identification::identify::explain::{Criteria, Explanation, Options};
+use identification::identify::explain::{Criteria, ExplainError, Explanation, Options, SearchState};
 use identification::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together, logs_in};
 use identification::model::Model;
 use stand_analysis::fleet::run::{Callbacks, run};
@@ -72,6 +71,8 @@ impl From<ExplainLogsError> for CliError {
     fn from(error: ExplainLogsError) -> Self {
         match error {
             ExplainLogsError::Folder { folder, source } => CliError::file(&folder, "read the folder", &source),
+            ExplainLogsError::Log(error) => error.into(),
+            ExplainLogsError::Explain(ExplainError::Prepare(error)) => error.into(),
             other => CliError::Input(other.to_string()),
         }
     }

@@ -25,10 +25,10 @@ pub(super) struct FleetReport {
     /// Tables of stand explain --table, or folders of such tables
     #[arg(required = true)]
     table: Vec<PathBuf>,
-    /// Table of stands as of stand explain, .csv; it replaces what the tables state
+    /// Table of stands, .csv, as for the option --stands of stand explain; it replaces what the tables state
     #[arg(long, value_name = "FILE")]
     stands: Option<PathBuf>,
-    /// Date from which on logs are compared with those before, 2026-11-22 or with a time; default: one month before the last log
+    /// Date from which on logs are compared with those before, 2026-11-22 or with a time, UTC without a zone; default: one month before the last log
     #[arg(long, value_name = "DATE")]
     since: Option<String>,
     #[command(flatten)]

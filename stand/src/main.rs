@@ -29,6 +29,7 @@ mod panel;
 mod profile;
 mod record;
 mod records;
+mod schema;
 mod settings;
 mod shell;
 mod signals;
@@ -114,6 +115,8 @@ enum Command {
     Lab(lab::LabCommand),
     /// List the catalogue of physical effects, or describe one effect
     Effects(effects::Effects),
+    /// Print the JSON schemas of the answers that --json writes
+    Schema(schema::SchemaCommand),
     /// Print a completion script for a shell: bash, zsh, fish, PowerShell or elvish
     Completions(shell::Completions),
     /// Print the man page of stand, or write the man pages of all commands to a folder
@@ -157,6 +160,7 @@ fn main() -> ExitCode {
         Some(Command::Vibration(vibration)) => vibration.run(),
         Some(Command::Lab(lab)) => lab.run(),
         Some(Command::Effects(effects)) => effects.run(),
+        Some(Command::Schema(schema)) => schema.run(),
         Some(Command::Completions(completions)) => completions.run(Arguments::command()),
         Some(Command::Man(man)) => man.run(Arguments::command()),
     };

@@ -3,7 +3,7 @@
 use identification::recording;
 use std::path::Path;
 
-use drive_rig::State;
+use drive_rig::DriveState;
 use identification::identify::fit::{self, FitError, FitResult};
 use identification::log::Log;
 use identification::model::Model;
@@ -52,7 +52,7 @@ pub fn position_rms(log: &Log, model: &Model) -> Result<f64, FitError> {
     let theta = prepared.theta.expect("the log has an angle");
     let (mut sum, mut n) = (0.0, 0usize);
     for (rows, start) in prepared.segments.iter().zip(&comparison.initial_states.values) {
-        let mut state = State::turning(start[0], theta[rows.start]);
+        let mut state = DriveState::turning(start[0], theta[rows.start]);
         for row in rows.clone() {
             sum += (theta[row] - state.theta).powi(2);
             n += 1;

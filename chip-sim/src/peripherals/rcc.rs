@@ -66,9 +66,9 @@ pub struct Clocks {
     /// Peripherals of APB2.
     pub apb2_Hz: u64,
     /// Timers of APB1.
-    pub timer1_Hz: u64,
+    pub apb1_timers_Hz: u64,
     /// Timers of APB2.
-    pub timer2_Hz: u64,
+    pub apb2_timers_Hz: u64,
 }
 
 /// The registers, in words of their offset.
@@ -199,7 +199,7 @@ impl Rcc {
         let core_Hz = sysclk_Hz / ahb;
         // Timers run at twice their bus where that is divided (RM0390 §6.2, TIMPRE = 0).
         let timer = |divider: u64| core_Hz / divider * if divider == 1 { 1 } else { 2 };
-        Clocks { core_Hz, apb1_Hz: core_Hz / apb1, apb2_Hz: core_Hz / apb2, timer1_Hz: timer(apb1), timer2_Hz: timer(apb2) }
+        Clocks { core_Hz, apb1_Hz: core_Hz / apb1, apb2_Hz: core_Hz / apb2, apb1_timers_Hz: timer(apb1), apb2_timers_Hz: timer(apb2) }
     }
 
     /// The ST-Link's clock stops. With the clock security system the chip continues on the internal oscillator and takes an NMI (RM0390

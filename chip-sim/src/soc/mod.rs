@@ -240,10 +240,10 @@ impl Soc {
         self.usart.pclk = period(clocks.apb1_Hz);
         self.spi.pclk = period(clocks.apb1_Hz);
         self.window.pclk = period(clocks.apb1_Hz);
-        self.tim1.set_clock(clocks.timer2_Hz);
-        self.tim8.set_clock(clocks.timer2_Hz, self.now);
+        self.tim1.set_clock(clocks.apb2_timers_Hz);
+        self.tim8.set_clock(clocks.apb2_timers_Hz, self.now);
         for timer in &mut self.timers {
-            timer.set_clock(clocks.timer1_Hz, self.now);
+            timer.set_clock(clocks.apb1_timers_Hz, self.now);
         }
     }
 

@@ -24,7 +24,8 @@ use embedded_io_async::{Error, ErrorKind, Read};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::{Deque, String};
 
-/// A platform slower than this stands: in a stall of 0.5 s it turns by less than the encoder's counter resolves, a tenth of its half wrap.
+/// A platform slower than this stands: in a stall of 0.5 s it turns by 0.25 rad, 796 counts of the default encoder, of which the counter
+/// distinguishes ± 32 768. A million counts per turn would be 39 789: such an encoder needs a slower limit.
 const MAX_REST_RATE_RAD_S: f64 = 0.5;
 /// Interval over which its rate is measured, and longest wait for it, board clock steps.
 const REST_INTERVAL: u64 = 10 * TICKS_PER_ROW;
@@ -92,7 +93,7 @@ impl<R: Read> Input<R> {
         self.drop_partial_line();
     }
 
-    /// Whether another line end would make an empty line, if nothing of the line was taken.
+    /// Whether another line end would make an empty line: no byte of the present line is kept, and none was left out.
     fn is_at_line_start(&self) -> bool {
         !self.skips_line && self.bytes.back().is_none_or(|byte| is_line_end(*byte))
     }
@@ -292,8 +293,8 @@ async fn add_block<C: Clock>(state: &State<'_>, clock: &C, replies: &mut Reply, 
 /// Lines that only give a sign of life are not kept: a program may wait for hours.
 async fn wait<C: Clock, R: Read>(state: &State<'_>, clock: &C, input: &mut Input<R>) {
     let mut lines = Lines::default();
-    // Whether the byte ends a line of which nothing is left to do.
-    let mut look_at = |byte: u8| {
+    // Whether the byte ends a line that has been dealt with: it gives signs of life only.
+    let look_at = |lines: &mut Lines, byte: u8| {
         if let Some(line) = lines.push(byte)
             && let Ok(text) = line.text
             && is_allowed(state, clock, &line)
@@ -307,14 +308,17 @@ async fn wait<C: Clock, R: Read>(state: &State<'_>, clock: &C, input: &mut Input
         false
     };
     for byte in &input.bytes {
-        look_at(*byte);
+        look_at(&mut lines, *byte);
     }
     while state.is_busy() {
         let mut bytes = [0; CHUNK];
         match select(input.receive.read(&mut bytes), clock.until(clock.now() + TICKS_PER_ROW)).await {
             Either::First(Ok(count)) => {
+                if count == 0 {
+                    clock.until(clock.now() + TICKS_PER_ROW).await;
+                }
                 for byte in bytes.iter().take(count) {
-                    let is_done = look_at(*byte);
+                    let is_done = look_at(&mut lines, *byte);
                     if is_line_end(*byte) && input.is_at_line_start() {
                         continue;
                     }
@@ -324,6 +328,7 @@ async fn wait<C: Clock, R: Read>(state: &State<'_>, clock: &C, input: &mut Input
                 }
             }
             Either::First(Err(error)) => {
+                lines.restart();
                 input.drop_partial_line();
                 if error.kind() == ErrorKind::Interrupted {
                     state.set_text_mode();
@@ -356,7 +361,7 @@ fn stop_by(state: &State<'_>, line: &[u8]) {
 /// which no tick holds the drive and the encoder's counter of 16 bits may advance by half a wrap at most.
 ///
 /// # Errors
-/// The drive is on, or the platform still turns after three seconds.
+/// The drive is on, a measurement of the drift runs, or the platform still turns after three seconds.
 async fn wait_for_rest<C: Clock>(state: &State<'_>, clock: &C) -> Result<(), ErrorEntry> {
     let begun = clock.now();
     loop {
@@ -376,7 +381,8 @@ async fn wait_for_rest<C: Clock>(state: &State<'_>, clock: &C) -> Result<(), Err
     }
 }
 
-/// Time in which the control interrupt clears a fault and reports it, rows: the next command, the next report and the next row take three.
+/// Time in which the control interrupt clears a fault and reports it, rows: the next command, the next report and the next row take three;
+/// rows may wait behind replies.
 const CLEAR_TIMEOUT_ROWS: u64 = 8;
 
 /// Clears the latched fault and waits until the rows show it, so that the next command of the line may start something. A fault whose cause
@@ -398,7 +404,7 @@ fn work<F: NorFlash>(state: &State<'_>, job: Job, store: &mut Store<F>, reply: &
             let saved = Saved { kept: state.settings.kept.get(), observer: state.gyro.observer.parameters() };
             store.save(&saved, Kept::layout()).map_err(storage_error)?;
         }
-        Job::ClearFault => {} // [`clear_fault`] waits for the control interrupt
+        Job::ClearFault => {} // done by [`clear_fault`]
         Job::Load => {
             state.require_at_rest()?;
             let saved: Option<Saved> = store.load(Kept::layout()).map_err(storage_error)?;

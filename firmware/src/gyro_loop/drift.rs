@@ -13,13 +13,13 @@ use embassy_sync::mutex::{Mutex, MutexGuard};
 /// The commutator and the results of its cycles.
 pub struct DriftMeasurement {
     // Locked only within the functions of this file, which neither wait nor call each other while they hold it.
-    state: Mutex<CriticalSectionRawMutex, State>,
+    state: Mutex<CriticalSectionRawMutex, MeasurementState>,
     running: AtomicBool,
 }
 
-type Locked<'a> = MutexGuard<'a, CriticalSectionRawMutex, State>;
+type Locked<'a> = MutexGuard<'a, CriticalSectionRawMutex, MeasurementState>;
 
-struct State {
+struct MeasurementState {
     commutator: Commutator,
     /// Scales for the next session.
     scales: Scales,
@@ -30,7 +30,7 @@ struct State {
     zero_input: Option<(u32, Sums)>,
 }
 
-impl State {
+impl MeasurementState {
     fn add(&mut self, cycle: Cycle) {
         self.newest = Some(cycle);
         if cycle.polarity == Polarity::Zero {
@@ -53,7 +53,7 @@ impl State {
 impl DriftMeasurement {
     /// No session; the correction loop is closed.
     pub fn new(scales: Scales) -> Self {
-        let state = State {
+        let state = MeasurementState {
             commutator: Commutator::new(scales),
             scales,
             newest: None,
@@ -69,7 +69,7 @@ impl DriftMeasurement {
         drop(self.state.lock().await);
     }
 
-    fn with<T>(&self, action: impl FnOnce(&mut State) -> T) -> Option<T> {
+    fn with<T>(&self, action: impl FnOnce(&mut MeasurementState) -> T) -> Option<T> {
         let mut state = self.lock()?;
         let result = action(&mut state);
         self.unlock(state);

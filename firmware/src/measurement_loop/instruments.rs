@@ -16,10 +16,10 @@ use core::cell::RefCell;
 
 /// The instruments of one measurement loop, 6 KiB.
 pub struct Instruments {
-    state: RefCell<State>,
+    state: RefCell<InstrumentState>,
 }
 
-struct State {
+struct InstrumentState {
     hardware: Hardware,
     now_s: f64,
     turns: Turns,
@@ -35,7 +35,7 @@ impl Instruments {
     /// No rows yet.
     pub fn new(hardware: Hardware) -> Self {
         Self {
-            state: RefCell::new(State {
+            state: RefCell::new(InstrumentState {
                 hardware,
                 now_s: 0.0,
                 turns: Turns::new(hardware),

@@ -38,12 +38,12 @@ use slope::SlopeLimits;
 #[derive(Clone, Debug)]
 pub struct Profile {
     offset: f64,
-    kind: State,
+    kind: ProfileState,
 }
 
 #[allow(clippy::large_enum_variant, reason = "a profile exists once, in its runner")]
 #[derive(Clone, Debug)]
-enum State {
+enum ProfileState {
     Constant(f64),
     MultiStep(steps::MultiStep),
     Multisine(multisine::Multisine),
@@ -69,21 +69,21 @@ impl Profile {
             within(parameter.name, (parameter.read)(c), least, greatest)?;
         }
         let (amplitude, offset) = (c.amplitude, c.offset);
-        let plateaus = |pattern, limits| State::Plateaus(plateaus::Plateaus::new(amplitude, pattern, limits, c));
+        let plateaus = |pattern, limits| ProfileState::Plateaus(plateaus::Plateaus::new(amplitude, pattern, limits, c));
         let kind = match c.kind {
-            ProfileKind::Constant => State::Constant(amplitude),
-            ProfileKind::MultiStep => State::MultiStep(steps::MultiStep::new(amplitude, c)),
-            ProfileKind::Multisine => State::Multisine(multisine::Multisine::new(amplitude, c)?),
-            ProfileKind::Prbs => State::Prbs(prbs::Prbs::new(amplitude, c)),
-            ProfileKind::Chirp => State::Chirp(chirp::Chirp::logarithmic(amplitude, c)),
-            ProfileKind::ChirpLinear => State::Chirp(chirp::Chirp::linear(amplitude, c)),
-            ProfileKind::Staircase => State::Staircase(staircase::Staircase::new(amplitude, c)),
+            ProfileKind::Constant => ProfileState::Constant(amplitude),
+            ProfileKind::MultiStep => ProfileState::MultiStep(steps::MultiStep::new(amplitude, c)),
+            ProfileKind::Multisine => ProfileState::Multisine(multisine::Multisine::new(amplitude, c)?),
+            ProfileKind::Prbs => ProfileState::Prbs(prbs::Prbs::new(amplitude, c)),
+            ProfileKind::Chirp => ProfileState::Chirp(chirp::Chirp::logarithmic(amplitude, c)),
+            ProfileKind::ChirpLinear => ProfileState::Chirp(chirp::Chirp::linear(amplitude, c)),
+            ProfileKind::Staircase => ProfileState::Staircase(staircase::Staircase::new(amplitude, c)),
             ProfileKind::Trapezoid => plateaus(plateaus::ONE_SIDE, SlopeLimits::straight(c)),
             ProfileKind::SCurve => plateaus(plateaus::ONE_SIDE, SlopeLimits::rounded(c)),
             ProfileKind::Alternating => plateaus(plateaus::BOTH_SIDES, SlopeLimits::rounded(c)),
             ProfileKind::Abba => plateaus(plateaus::ABBA, SlopeLimits::rounded(c)),
-            ProfileKind::Sine => State::Sine(sine::Sine::new(amplitude, c)),
-            ProfileKind::Turns => State::Turns(turns::Turns::new(amplitude, c)?),
+            ProfileKind::Sine => ProfileState::Sine(sine::Sine::new(amplitude, c)),
+            ProfileKind::Turns => ProfileState::Turns(turns::Turns::new(amplitude, c)?),
         };
         Ok(Self { offset, kind })
     }
@@ -101,23 +101,23 @@ impl Profile {
 
     /// A sequence of constant values, each with its duration in milliseconds; then zero. For the calibration.
     pub fn legs(legs: [(f64, u32); LEGS]) -> Self {
-        Self { offset: 0.0, kind: State::Legs(legs::Legs::new(legs)) }
+        Self { offset: 0.0, kind: ProfileState::Legs(legs::Legs::new(legs)) }
     }
 
     /// The value of the next millisecond, V, rad/s or rad.
     pub fn next_value(&mut self) -> f64 {
         self.offset
             + match &mut self.kind {
-                State::Constant(value) => *value,
-                State::MultiStep(steps) => steps.next_value(),
-                State::Multisine(sines) => sines.next_value(),
-                State::Prbs(bits) => bits.next_value(),
-                State::Chirp(chirp) => chirp.next_value(),
-                State::Staircase(stairs) => stairs.next_value(),
-                State::Plateaus(plateaus) => plateaus.next_value(),
-                State::Sine(sine) => sine.next_value(),
-                State::Turns(turns) => turns.next_value(),
-                State::Legs(legs) => legs.next_value(),
+                ProfileState::Constant(value) => *value,
+                ProfileState::MultiStep(steps) => steps.next_value(),
+                ProfileState::Multisine(sines) => sines.next_value(),
+                ProfileState::Prbs(bits) => bits.next_value(),
+                ProfileState::Chirp(chirp) => chirp.next_value(),
+                ProfileState::Staircase(stairs) => stairs.next_value(),
+                ProfileState::Plateaus(plateaus) => plateaus.next_value(),
+                ProfileState::Sine(sine) => sine.next_value(),
+                ProfileState::Turns(turns) => turns.next_value(),
+                ProfileState::Legs(legs) => legs.next_value(),
             }
     }
 }

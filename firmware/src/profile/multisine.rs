@@ -10,7 +10,7 @@ use crate::config::{ConfigError, within};
 const LINES: usize = 20;
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Line {
+struct SpectralLine {
     /// In units of 2⁻⁶⁴ turn, so that the phase stays exact for hours.
     phase: u64,
     step: u64,
@@ -18,7 +18,7 @@ struct Line {
 
 #[derive(Clone, Debug)]
 pub(super) struct Multisine {
-    lines: [Line; LINES],
+    lines: [SpectralLine; LINES],
     scale: f64,
 }
 
@@ -28,7 +28,7 @@ impl Multisine {
         let lowest = within("from_Hz", c.from_Hz, 0.01, 250.0)?;
         let highest = c.to_Hz;
         let last = (LINES - 1) as f64;
-        let mut lines = [Line::default(); LINES];
+        let mut lines = [SpectralLine::default(); LINES];
         let mut multiple = 0.0;
         let mut turns = 0.0;
         for (n, line) in lines.iter_mut().enumerate() {

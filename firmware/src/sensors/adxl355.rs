@@ -7,7 +7,7 @@
 //! counted, and [`Sensor::stamp`] observes when the count rises. A read command is a write to an ISM330DHCX; [`Adxl355::identify`] states
 //! why it does no harm.
 
-use super::line::{Line, MAX_BYTES};
+use super::line::{BusLine, MAX_BYTES};
 use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, Setup};
 use crate::board::{Clock, SensorSpi, Stamped, TICKS_PER_ROW, TICKS_PER_S, Ticks};
 use embedded_hal_async::spi::MODE_0;
@@ -71,7 +71,7 @@ const TEMPERATURE_PER_K: f32 = -9.05;
 
 /// The sensor on its SPI bus.
 pub struct Adxl355<D: SensorSpi, C: Clock> {
-    pub(super) line: Line<D, C>,
+    pub(super) line: BusLine<D, C>,
     /// m/s² per code.
     scale_m_s2: f32,
     /// Interval of the samples, board clock steps.
@@ -147,10 +147,10 @@ const fn writes(register: u8) -> u8 {
 impl<D: SensorSpi, C: Clock> Adxl355<D, C> {
     /// The chip on this bus; sends nothing yet.
     pub fn new(device: D, clock: C) -> Self {
-        Self::on(Line::new(device, clock))
+        Self::on(BusLine::new(device, clock))
     }
 
-    pub(super) fn on(line: Line<D, C>) -> Self {
+    pub(super) fn on(line: BusLine<D, C>) -> Self {
         Self { line, scale_m_s2: 0.0, period: 1, axes: Axes::default(), count: 0, observed: None }
     }
 

@@ -1,6 +1,6 @@
 //! The sensor under test, whichever of the supported parts answers on the bus.
 
-use super::line::Line;
+use super::line::BusLine;
 use super::{Adxl355, Drained, InForce, Ism330dhcx, Ready, Sample, SelfTest, Sensor, SensorError, Setup};
 use crate::board::{Clock, SensorSpi, Stamped};
 
@@ -34,7 +34,7 @@ impl<D: SensorSpi, C: Clock> DetectedSensor<D, C> {
     }
 
     /// Selects the driver that `part` makes on the bus.
-    fn select(&mut self, part: impl FnOnce(Line<D, C>) -> Part<D, C>) {
+    fn select(&mut self, part: impl FnOnce(BusLine<D, C>) -> Part<D, C>) {
         self.part = self.part.take().map(|present| {
             part(match present {
                 Part::Ism330dhcx(sensor) => sensor.line,

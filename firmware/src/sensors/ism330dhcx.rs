@@ -5,7 +5,7 @@
 //! back.
 
 use super::fifo::{Decoded, Decoder, WORD};
-use super::line::{Line, MAX_BYTES};
+use super::line::{BusLine, MAX_BYTES};
 use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, Setup, at_least};
 use crate::board::{Clock, SensorSpi, Stamped, TICKS_PER_S};
 use embedded_hal_async::spi::MODE_3;
@@ -60,7 +60,7 @@ const READS: u8 = 0x80;
 
 /// The sensor on its SPI bus.
 pub struct Ism330dhcx<D: SensorSpi, C: Clock> {
-    pub(super) line: Line<D, C>,
+    pub(super) line: BusLine<D, C>,
     /// Scales, rad/s and m/s² per code.
     rate_rad_s: f32,
     accel_m_s2: f32,
@@ -71,10 +71,10 @@ pub struct Ism330dhcx<D: SensorSpi, C: Clock> {
 impl<D: SensorSpi, C: Clock> Ism330dhcx<D, C> {
     /// The chip on this bus; sends nothing yet.
     pub fn new(device: D, clock: C) -> Self {
-        Self::on(Line::new(device, clock))
+        Self::on(BusLine::new(device, clock))
     }
 
-    pub(super) fn on(line: Line<D, C>) -> Self {
+    pub(super) fn on(line: BusLine<D, C>) -> Self {
         Self { line, rate_rad_s: 0.0, accel_m_s2: 0.0, decoder: Decoder::default(), overrun: false }
     }
 

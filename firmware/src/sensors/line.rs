@@ -7,14 +7,14 @@ use crate::board::{Clock, SensorSpi};
 pub(super) const MAX_BYTES: usize = 84;
 
 /// The bus with its transfer buffer, and the board's clock.
-pub(super) struct Line<D, C> {
+pub(super) struct BusLine<D, C> {
     device: D,
     pub(super) clock: C,
     /// First byte, then data.
     pub(super) bytes: [u8; 1 + MAX_BYTES],
 }
 
-impl<D: SensorSpi, C: Clock> Line<D, C> {
+impl<D: SensorSpi, C: Clock> BusLine<D, C> {
     pub(super) fn new(device: D, clock: C) -> Self {
         Self { device, clock, bytes: [0; 1 + MAX_BYTES] }
     }

@@ -8,7 +8,7 @@ use super::shared::{Shared, State};
 use super::{Motion, Sample, Sensor, SensorError, Setup};
 use crate::board::{Clock, Stamped, TICKS_PER_ROW, TICKS_PER_S, Ticks};
 
-/// Interval between two attempts after an error.
+/// Interval between two attempts after an error, half a second, board clock steps.
 const RETRY: u64 = TICKS_PER_S >> 1;
 /// Time before a row at which the FIFO is read, board clock steps.
 const BEFORE_ROW: u64 = 2_000;
@@ -16,10 +16,10 @@ const BEFORE_ROW: u64 = 2_000;
 const PAIR_ROWS: u64 = 250;
 const TEMPERATURE_ROWS: u64 = 100;
 const IDENTITY_ROWS: u64 = 1000;
-/// Rows silent a sample until the chip counts as silent, and with invalid words only until it is configured again.
+/// After so many rows without a sample the chip counts as silent; after so many with invalid words only it is configured again.
 const SILENT_ROWS: u32 = 50;
 const INVALID_ROWS: u32 = 10;
-/// Most samples read in a row.
+/// Most samples that are read within one row; more stay in the FIFO for the next one.
 const MAX_SAMPLES: usize = 8;
 
 /// A sensor and its task.

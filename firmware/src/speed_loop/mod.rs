@@ -53,10 +53,10 @@ const LIMIT_UPDATE: u8 = 5;
 /// The law: configuration and state.
 pub struct SpeedLoop {
     config: Config,
-    state: State,
+    state: LoopState,
 }
 
-struct State {
+struct LoopState {
     /// Number of this tick; `None` before the first.
     tick: Option<u64>,
     encoder: Encoder,
@@ -150,7 +150,7 @@ impl LimitLog {
 impl SpeedLoop {
     /// The law at rest.
     pub fn new(config: Config) -> Self {
-        Self { state: State::new(&config), config }
+        Self { state: LoopState::new(&config), config }
     }
 
     /// Other settings; the drive must be off.
@@ -364,7 +364,7 @@ impl SpeedLoop {
     }
 }
 
-impl State {
+impl LoopState {
     fn new(config: &Config) -> Self {
         Self {
             tick: None,

@@ -34,7 +34,7 @@ impl Edges {
         self.count = exact.floor();
         let turns_on = before.rate_rad_s * rate_rad_s > 0.0;
         self.age_s = match before.last_edge(self, dt_s) {
-            // The usual case of slow motion, without a root.
+            // The usual case of slow motion: neither an edge nor a reversal.
             _ if turns_on && self.count == before.count => self.age_s + dt_s,
             Some(at) => (1.0 - at) * dt_s,
             None => self.age_s + dt_s,
@@ -47,7 +47,7 @@ impl Edges {
         (self.age_s * self.timer_Hz) as u32
     }
 
-    /// As [`Edges::age`], this number of board clock steps later without an edge.
+    /// Timer steps since an edge that was this number of board clock steps ago, after which none came.
     #[cold]
     pub fn age_after(&self, steps: u64) -> u32 {
         (steps as f64 / TICKS_PER_S as f64 * self.timer_Hz) as u32

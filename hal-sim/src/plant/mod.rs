@@ -18,7 +18,7 @@ pub mod stand;
 use crate::board::PlantPort;
 use drive_model::{Structure, T0_C, Thermal};
 pub use error::StandError;
-use motion::{BRISTLE, CHARGE, CURRENT, FLUID, FULL, MOTOR, OMEGA, PLAIN, State, THETA, TWIST, past_gap};
+use motion::{BRISTLE, CHARGE, CURRENT, FLUID, FULL, MOTOR, OMEGA, PLAIN, StateVector, THETA, TWIST, past_gap};
 use outsiders::{Outsiders, Running};
 use sensing::{LawParameters, Sensing};
 pub use stand::Stand;
@@ -45,7 +45,7 @@ pub struct Plant {
     /// Ambient temperature above the reference temperature of the laws, K.
     ambient_K: f64,
     t_s: f64,
-    state: State,
+    state: StateVector,
     heat_K: f64,
     mean_current_A: f64,
     sensing: Sensing,

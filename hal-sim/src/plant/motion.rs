@@ -8,7 +8,7 @@ pub(super) const MIN_BRISTLE_TIME_S: f64 = 5e-6;
 
 /// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also motor rate, twist, bristle deflection, rate
 /// of a second rotor.
-pub(super) type State = [f64; FULL];
+pub(super) type StateVector = [f64; FULL];
 pub(super) const FULL: usize = 8;
 /// Number of states of a drive without shaft, clutch, bristle and outsiders.
 pub(super) const PLAIN: usize = 4;

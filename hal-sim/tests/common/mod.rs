@@ -5,7 +5,7 @@ pub mod host;
 pub mod sensor_bench;
 
 use drive_model::{Law, Reading};
-use drive_rig::{Base, Input, Rig, RowInput, State};
+use drive_rig::{Base, DriveState, Input, Rig, RowInput};
 use hal_sim::board::PlantPort;
 use hal_sim::plant::{Plant, Stand, stand};
 
@@ -108,7 +108,7 @@ pub fn stand_of(drive: Drive, list: &[(String, Vec<f64>)]) -> Stand {
 }
 
 enum Machine {
-    Rig { rig: Box<Rig<f64>>, state: State<f64> },
+    Rig { rig: Box<Rig<f64>>, state: DriveState<f64> },
     Plant(Box<Plant>),
 }
 
@@ -128,7 +128,7 @@ impl Bench {
         let machine = match kind {
             Kind::Rig => Machine::Rig {
                 rig: Box::new(rig(setup.drive, setup.input, &setup.effects)),
-                state: State { heat_K: setup.temp_C.map_or(0.0, |t| t - 25.0), ..State::turning(0.0, setup.theta) },
+                state: DriveState { heat_K: setup.temp_C.map_or(0.0, |t| t - 25.0), ..DriveState::turning(0.0, setup.theta) },
             },
             Kind::Plant => {
                 let mut stand = stand_of(setup.drive, &setup.effects);
@@ -208,14 +208,14 @@ impl Bench {
         }
     }
 
-    pub fn state(&self) -> &State<f64> {
+    pub fn state(&self) -> &DriveState<f64> {
         match &self.machine {
             Machine::Rig { state, .. } => state,
             Machine::Plant(_) => panic!("the state of the plant is private"),
         }
     }
 
-    pub fn state_mut(&mut self) -> &mut State<f64> {
+    pub fn state_mut(&mut self) -> &mut DriveState<f64> {
         match &mut self.machine {
             Machine::Rig { state, .. } => state,
             Machine::Plant(_) => panic!("the state of the plant is private"),

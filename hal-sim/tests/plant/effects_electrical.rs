@@ -5,7 +5,7 @@
 
 use crate::common;
 use common::{BOTH, Bench, Drive, Kind, ROW_S, Setup, close, close_rel};
-use drive_rig::{Input, State};
+use drive_rig::{DriveState, Input};
 
 /// A rotor at a practically constant rate.
 const FLYWHEEL: Drive = Drive { inertia: 1e9, motor_constant: 0.02, resistance: 2.0 };
@@ -144,7 +144,7 @@ fn the_winding_warms_with_its_time_constant_to_the_equilibrium_of_its_hot_resist
 fn a_hot_winding_cools_to_ambient() {
     // The ambient temperature is 25 °C for the rig, and a setting of the stand for the plant.
     let mut bench = Bench::new(Kind::Rig, &Setup::by_voltage(FLYWHEEL, &[("resistance-temperature", &[0.004, 0.2, 10.0])]));
-    *bench.state_mut() = State { heat_K: 20.0, ..*bench.state() };
+    *bench.state_mut() = DriveState { heat_K: 20.0, ..*bench.state() };
     bench.hold(0.0, 2.0);
     // Midpoint: (h/2 s)².
     close_rel(bench.state().heat_K, 20.0 * (-1.0_f64).exp(), 1e-6, "e-fold");
@@ -177,7 +177,7 @@ fn a_measured_supply_scales_the_commanded_voltage() {
     let list = [("supply-droop".to_owned(), vec![0.5])];
     let rig = common::rig(FLYWHEEL, Input::Voltage, &list);
     let span = drive_rig::RowInput { supply_ratio: 0.9, ..common::span(0.0, ROW_S, 4.0, None) };
-    let mean = rig.advance(&mut State::turning(0.0, 0.0), &span);
+    let mean = rig.advance(&mut DriveState::turning(0.0, 0.0), &span);
     close_rel(mean, 0.9 * 4.0 / 2.5, 1e-12, "0.9 of the command");
 }
 

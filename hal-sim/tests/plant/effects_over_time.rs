@@ -69,7 +69,7 @@ fn time_counts_from_the_first_row_of_the_log() {
     let drive = common::Drive { inertia: 1e-4, motor_constant: 0.02, resistance: 2.0 };
     let at = |begin_s: f64| {
         let rig = common::rig(drive, drive_rig::Input::Torque, &effects);
-        let mut state = drive_rig::State::turning(30.0, 0.0);
+        let mut state = drive_rig::DriveState::turning(30.0, 0.0);
         for n in 0..1000 {
             let row = drive_rig::RowInput { start_s: begin_s, ..common::span(begin_s + f64::from(n) * 1e-3, 1e-3, 0.0, None) };
             rig.advance(&mut state, &row);

@@ -6,7 +6,7 @@
 use crate::common;
 use common::{ROW_S, TICK_S, span, stem};
 use drive_model::{Card, ParameterKind};
-use drive_rig::{Input, Rig, RowInput, State};
+use drive_rig::{DriveState, Input, Rig, RowInput};
 use hal_sim::board::PlantPort;
 use hal_sim::plant::{Plant, Stand};
 use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind};
@@ -72,7 +72,7 @@ enum Known {
 fn differences(stand: &Stand, kind: ProfileKind, known: Known, seed: u64) -> [f64; 3] {
     let mut plant = Plant::new(stand, 0.3).unwrap();
     let rig = rig(stand);
-    let mut state = State { heat_K: plant.temp_C() - drive_model::T0_C, ..State::turning(0.0, 0.3) };
+    let mut state = DriveState { heat_K: plant.temp_C() - drive_model::T0_C, ..DriveState::turning(0.0, 0.3) };
     let mut profile = Profile::new(&ProfileConfig::new(kind, AMPLITUDE_V, seed)).unwrap();
     // Lag and skew are filters of the finished series in the fitted model: the rate itself is compared.
     let filtered = rig.structure().lag_s.is_some() || rig.structure().skew_s.is_some();
@@ -148,7 +148,7 @@ fn current_at_a_row_is_independent_of_the_step() {
     let rig = rig(&Stand::default());
     assert!(rig.structure().inductance_H.is_some());
     let sampled = |steps_per_row: usize| {
-        let mut state = State::turning(0.0, 0.3);
+        let mut state = DriveState::turning(0.0, 0.3);
         let step_s = ROW_S / steps_per_row as f64;
         let mut currents = Vec::new();
         for n in 0..400 * steps_per_row {

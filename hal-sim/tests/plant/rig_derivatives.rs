@@ -6,7 +6,7 @@
 use crate::common;
 use common::{ROW_S, span};
 use drive_model::{Law, LawScalar};
-use drive_rig::{Base, Input, Rig, RowInput, Servo, State};
+use drive_rig::{Base, DriveState, Input, Rig, RowInput, Servo};
 
 type Dual = drive_model::Dual<8>;
 
@@ -41,7 +41,7 @@ fn run<S: LawScalar>(case: &Case, values: &[S]) -> Vec<S> {
         rest = &rest[n..];
     }
     let rig = Rig::new(base, case.input, list);
-    let mut state = State::turning(values[3], S::from(0.2));
+    let mut state = DriveState::turning(values[3], S::from(0.2));
     state.current = values[4];
     state.twist = values[5];
     state.bristle = values[6];
@@ -194,7 +194,7 @@ fn the_derivative_by_the_load_time_is_exact_within_a_row() {
             vec![(drive_model::law::<Dual>("load-step").unwrap(), vec![Dual::from(6e-4), seeded(t0, 0)])];
         let base = Base { inertia: Dual::from(1e-4), motor_constant: Dual::from(0.02), resistance: Dual::from(2.0), servo: None };
         let rig = Rig::new(base, Input::Torque, laws);
-        let mut state = State::turning(Dual::from(1.0), Dual::from(0.0));
+        let mut state = DriveState::turning(Dual::from(1.0), Dual::from(0.0));
         for n in 0..50 {
             rig.advance(&mut state, &span(f64::from(n) * ROW_S, ROW_S, 0.0, None));
         }

@@ -4,7 +4,7 @@
 use crate::common;
 use common::{Bench, Draw, Drive, Kind, ROW_S, Setup, close, rig, span};
 use drive_model::{Parameter, ParameterKind as Moves};
-use drive_rig::{Input, State, slide};
+use drive_rig::{DriveState, Input, slide};
 
 /// Within the range, a hundredth to a hundred times the start value (or the hidden one, where the start is zero).
 fn drawn(draw: &mut Draw, p: &Parameter) -> f64 {
@@ -33,7 +33,7 @@ fn the_step_is_finite_for_any_parameters() {
                 list.retain(|e| e.0 != card.id);
                 list.push((card.id.to_owned(), parameters.clone()));
                 let rig = rig(drive, input, &list);
-                let mut state = State::turning(draw.signed_log(0.1, 50.0), draw.even(-3.0, 3.0));
+                let mut state = DriveState::turning(draw.signed_log(0.1, 50.0), draw.even(-3.0, 3.0));
                 for n in 0..300 {
                     let row_s = if n % 3 == 0 { 1e-2 } else { ROW_S };
                     let size = match input {
@@ -158,7 +158,7 @@ fn a_shaft_is_accurate_to_a_twentieth_of_the_noise_and_play_to_a_hundredth() {
         let rig = rig(drive, Input::Voltage, &list);
         // Levels that make the shaft ring and hit both flanks; each thousandth in so many parts.
         let run = |parts: u32| -> Vec<f64> {
-            let mut state = State::turning(0.0, 0.0);
+            let mut state = DriveState::turning(0.0, 0.0);
             let row = |n: u32| {
                 let volt = if (n / 90).is_multiple_of(2) { 0.6 } else { -0.4 };
                 for part in 0..parts {

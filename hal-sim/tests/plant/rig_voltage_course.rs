@@ -3,7 +3,7 @@
 
 use crate::common;
 use common::{ROW_S, THEORY, span};
-use drive_rig::{Input, Rig, RowInput, State};
+use drive_rig::{DriveState, Input, Rig, RowInput};
 
 const PARTS: u32 = 100;
 
@@ -12,7 +12,7 @@ fn errors_with_the_course(effects: &[(&str, &[f64])]) -> [f64; 3] {
     let list: Vec<(String, Vec<f64>)> = effects.iter().map(|(id, p)| ((*id).to_owned(), p.to_vec())).collect();
     let rig: Rig<f64> = common::rig(THEORY, Input::Voltage, &list);
     let error_of = |with_course: bool| {
-        let (mut fine, mut coarse) = (State::turning(20.0, 0.3), State::turning(20.0, 0.3));
+        let (mut fine, mut coarse) = (DriveState::turning(20.0, 0.3), DriveState::turning(20.0, 0.3));
         let mut worst = [0.0_f64; 3];
         for n in 0..10 {
             let (middle, slope) = (3.0 + 0.4 * (f64::from(n) * 1.7).sin(), 0.8 * (f64::from(n) * 2.3).cos());

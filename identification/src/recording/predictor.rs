@@ -6,7 +6,7 @@
 //! [`crate::identify::predict`].
 
 use drive_model::Scalar;
-use drive_rig::State;
+use drive_rig::DriveState;
 
 /// Correction of the state by one innovation, per unit of the innovation.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -33,7 +33,7 @@ pub struct Predictor {
 impl Predictor {
     /// Corrects the state of the drive by the innovation of a channel.
     #[inline]
-    pub fn correct<S: Scalar>(&self, channel: usize, innovation: S, state: &mut State<S>) {
+    pub fn correct<S: Scalar>(&self, channel: usize, innovation: S, state: &mut DriveState<S>) {
         let gain = &self.gains[channel];
         state.omega += innovation * gain.omega;
         state.theta += innovation * gain.theta;

@@ -1,10 +1,13 @@
 //! Checks a session against the limits of a stand before anything moves.
 
-use super::{DriveMode, PlanError, Session, StepPlan};
+use super::{DriveMode, DutKind, PlanError, Session, StepPlan};
 use crate::connection::{ConnectionError, StandConnection};
 use crate::preparation::query_number;
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use std::f64::consts::TAU;
+
+/// Part of the overspeed limit that a profile may reach: the speed loop overshoots a step by less than 5 %.
+const MAX_RATE_PART: f64 = 0.95;
 
 /// Limits of a stand.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +18,7 @@ pub struct StandLimits {
     pub acceleration_rad_s2: f64,
     /// Greatest voltage of the bridge, V.
     pub voltage_V: f64,
-    /// A device under test answers.
+    /// A device under test delivers samples.
     pub has_dut: bool,
 }
 
@@ -38,10 +41,15 @@ impl StandLimits {
 /// Checks that a stand can run a session.
 ///
 /// # Errors
-/// The first step that the stand cannot run, with the reason.
+/// The session needs a device under test and none runs; or the first step that the stand cannot run, with the reason.
 pub fn check(session: &Session, stand: &StandLimits) -> Result<(), PlanError> {
     if session.uses_sensor_under_test() && !stand.has_dut {
-        return Err(PlanError::Session("the stand has no running device under test (`IMU?` in `stand console` gives the reason); column = \"omega_rad_s\" calibrates the rate sensor of the stand".into()));
+        let instead = match session.dut_kind {
+            DutKind::Gyro => "; column = \"omega_rad_s\" calibrates the rate sensor of the stand",
+            _ => "",
+        };
+        let reason = format!("the stand has no running device under test (`IMU?` in `stand console` gives the reason){instead}");
+        return Err(PlanError::Session(reason));
     }
     for (k, step) in session.steps.iter().enumerate() {
         let checked = step.config().and_then(|config| config.map_or(Ok(()), |config| check_step(step, &config, session, stand)));
@@ -62,8 +70,8 @@ fn check_step(step: &StepPlan, config: &ProfileConfig, session: &Session, stand:
             session.limits.voltage_V.map_or(Ok(()), |limit| within(limit, "the session's limit", "V"))
         }
         DriveMode::Rate => {
-            // Margin for overshoot.
-            within(0.95 * stand.overspeed_rad_s, "95 % of the overspeed limit,", "rad/s")?;
+            let whose = format!("{} % of the overspeed limit, that is", 100.0 * MAX_RATE_PART);
+            within(MAX_RATE_PART * stand.overspeed_rad_s, &whose, "rad/s")?;
             session.limits.rate_rad_s.map_or(Ok(()), |limit| within(limit, "the session's limit", "rad/s"))?;
             let fastest_Hz = match config.kind {
                 ProfileKind::Sine => config.frequency_Hz,

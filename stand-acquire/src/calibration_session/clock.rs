@@ -3,10 +3,11 @@
 use crate::connection::{ConnectionError, StandConnection};
 use crate::link::reply_number;
 use crate::preparation::query_number;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A second clock at the stand's input for one pulse per second, `[clock_reference]` in a session.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClockReference {
     /// What it is, for record and certificate: type, serial number, certificate.
@@ -16,7 +17,7 @@ pub struct ClockReference {
 }
 
 /// The crystal of the stand compared with the reference during a step.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ClockReading {
     /// Pulses of the comparison.
     pub pulses: f64,

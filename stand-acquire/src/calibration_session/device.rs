@@ -1,10 +1,11 @@
 //! The device under test, its mounting, the user's knowledge of both, and a recorded step.
 
 use identification::log::Log;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What is calibrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DutKind {
     /// A rate gyro.
@@ -27,7 +28,7 @@ impl DutKind {
 }
 
 /// Orientation of the device under test on the platform.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Orientation {
     /// Sensitive axis parallel to the platform's axis.
@@ -40,7 +41,7 @@ pub enum Orientation {
 }
 
 /// Mounting of the device under test in a step.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mounting {
     /// Distance from the platform's axis, m.
@@ -61,7 +62,7 @@ impl Default for Mounting {
 }
 
 /// Knowledge that no log contains: half-widths of rectangular distributions, unless stated otherwise (type B).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Assumptions {
     /// Frequency error of the controller's crystal, ppm.

@@ -1,11 +1,12 @@
 //! Instructions to the operator of a session, as data and as the English text that the journal keeps.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Mounting, Orientation, StepPlan};
 
 /// Something that the operator does before a step.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Action {
     /// What the session file asks for, in its own words.

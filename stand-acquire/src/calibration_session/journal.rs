@@ -3,6 +3,7 @@
 use super::{ClockReading, DutKind, Mounting, Session, Step};
 use identification::files;
 use identification::log::{Log, LogError, timestamp};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::Read;
@@ -14,7 +15,7 @@ pub const JOURNAL_FILE: &str = "journal.json";
 pub const SESSION_FILE: &str = "session.toml";
 
 /// A recorded step.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StepRecord {
     /// Its name.
     pub name: String,
@@ -43,7 +44,7 @@ pub struct StepRecord {
 }
 
 /// The journal of a session.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Journal {
     /// What is calibrated.
     #[serde(rename = "what")]

@@ -25,12 +25,13 @@ pub use device::{Assumptions, DutKind, EARTH_RAD_S, MeasuredCrystal, Mounting, O
 pub use instruction::{Action, Instruction};
 pub use prepared::{PreparedSession, SessionChanges, default_folder};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stand_firmware::speed_loop::Mode;
 use std::collections::BTreeMap;
 
 /// Operating mode of the drive in a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DriveMode {
     /// Off: the platform rests or coasts.
@@ -53,7 +54,7 @@ impl DriveMode {
 }
 
 /// The content of a session file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Session {
     /// What is calibrated.
@@ -98,7 +99,7 @@ fn default_settle_s() -> f64 {
 }
 
 /// Limits of all steps.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {
     /// Greatest rate, rad/s.
@@ -110,7 +111,7 @@ pub struct Limits {
 }
 
 /// One step of a session.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StepPlan {
     /// Name; part of the log's file name.
     pub name: String,
@@ -141,6 +142,7 @@ pub struct StepPlan {
     pub added_inertia_kg_m2: Option<f64>,
     /// Parameters of the profile by their names in the firmware.
     #[serde(flatten)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub parameters: BTreeMap<String, toml::Value>,
 }
 

@@ -28,12 +28,12 @@ const REFUSAL_TIME: Duration = Duration::from_millis(100);
 #[derive(Debug)]
 pub struct Port {
     path: PathBuf,
-    line: Line,
+    line: OpenLine,
     read_timeout: Duration,
 }
 
 #[derive(Debug)]
-enum Line {
+enum OpenLine {
     Serial(SerialPort),
     Tcp(TcpStream),
 }
@@ -59,7 +59,7 @@ impl Port {
     fn open_at_once(path: &Path) -> Result<Self, LinkError> {
         let port = path.display().to_string();
         if let Some(address) = port.strip_prefix("tcp:") {
-            return Ok(Port { path: path.to_owned(), line: Line::Tcp(connect(&port, address)?), read_timeout: REFUSAL_TIME });
+            return Ok(Port { path: path.to_owned(), line: OpenLine::Tcp(connect(&port, address)?), read_timeout: REFUSAL_TIME });
         }
         let settings = |mut settings: Settings| {
             settings.set_raw();
@@ -76,7 +76,7 @@ impl Port {
         let other = |source| LinkError::Other { port: port.clone(), source };
         serial.set_write_timeout(Duration::from_secs(2)).map_err(other)?;
         serial.discard_input_buffer().map_err(other)?;
-        Ok(Port { path: path.to_owned(), line: Line::Serial(serial), read_timeout: Duration::ZERO })
+        Ok(Port { path: path.to_owned(), line: OpenLine::Serial(serial), read_timeout: Duration::ZERO })
     }
 
     /// Path of the port.
@@ -92,15 +92,15 @@ impl Port {
         if self.read_timeout != wait {
             let timeout = wait.max(Duration::from_millis(1));
             let set = match &mut self.line {
-                Line::Serial(serial) => serial.set_read_timeout(timeout),
-                Line::Tcp(stream) => stream.set_read_timeout(Some(timeout)),
+                OpenLine::Serial(serial) => serial.set_read_timeout(timeout),
+                OpenLine::Tcp(stream) => stream.set_read_timeout(Some(timeout)),
             };
             set.map_err(|e| self.broken(e))?;
             self.read_timeout = wait;
         }
         let read = match &mut self.line {
-            Line::Serial(serial) => serial.read(into),
-            Line::Tcp(stream) => stream.read(into),
+            OpenLine::Serial(serial) => serial.read(into),
+            OpenLine::Tcp(stream) => stream.read(into),
         };
         match read {
             // The other end of a pseudo-terminal is closed, or a USB port was unplugged.
@@ -117,8 +117,8 @@ impl Port {
     /// The port was disconnected.
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         let written = match &mut self.line {
-            Line::Serial(serial) => serial.write_all(bytes),
-            Line::Tcp(stream) => stream.write_all(bytes),
+            OpenLine::Serial(serial) => serial.write_all(bytes),
+            OpenLine::Tcp(stream) => stream.write_all(bytes),
         };
         written.map_err(|e| self.broken(e))
     }

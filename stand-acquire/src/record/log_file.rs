@@ -32,12 +32,12 @@ impl LogFile {
         &self.partial
     }
 
-    /// The log, or the rows of an interrupted recording of it, that exist already and that a recording would destroy.
+    /// A file that a recording would destroy: the log, or the rows of a recording of it that was interrupted.
     pub fn existing(&self) -> Option<&Path> {
         [&self.path, &self.partial].into_iter().find(|path| path.exists()).map(PathBuf::as_path)
     }
 
-    /// Creates the CSV file. What is flushed is on the disk.
+    /// Creates the CSV file, empty. What is flushed is on the disk.
     ///
     /// # Errors
     /// The file system fails.
@@ -45,7 +45,7 @@ impl LogFile {
         Ok(BufWriter::with_capacity(1 << 18, SyncedFile(File::create(&self.partial)?)))
     }
 
-    /// Removes an incomplete last row, left by a full disk or a killed program, from the CSV file.
+    /// Removes an incomplete last row, left by a full disk or a killed program, from the CSV file; a file without a line end becomes empty.
     ///
     /// # Errors
     /// The file system fails.

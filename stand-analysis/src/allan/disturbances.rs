@@ -94,7 +94,7 @@ struct Block {
 
 /// A possible step: the row in its middle, and its size.
 #[derive(Clone, Copy)]
-struct Candidate {
+struct Disturbance {
     row: usize,
     segment: usize,
     size: f64,
@@ -237,14 +237,14 @@ fn step_of(
     fitted: &[DVector<f64>],
     length: usize,
 ) -> Option<(Tested, Step)> {
-    let mut candidates: Vec<Candidate> = Vec::new();
+    let mut candidates: Vec<Disturbance> = Vec::new();
     let mut columns: Vec<DVector<f64>> = Vec::new();
     for (k, [before, after]) in pairs.iter().enumerate() {
-        let candidate = Candidate { row: after.row, segment: before.segment, size: 0.0 };
+        let candidate = Disturbance { row: after.row, segment: before.segment, size: 0.0 };
         candidates.push(candidate);
         columns.push(DVector::from_fn(pairs.len(), |j, _| f64::from(u8::from(j == k))));
         if pairs.get(k + 1).is_some_and(|next| next[0].row == after.row) {
-            candidates.push(Candidate { row: after.row + length / 2, ..candidate });
+            candidates.push(Disturbance { row: after.row + length / 2, ..candidate });
             columns.push(DVector::from_fn(pairs.len(), |j, _| if j == k || j == k + 1 { 0.5 } else { 0.0 }));
         }
     }
@@ -256,7 +256,7 @@ fn step_of(
             return None;
         }
         columns.swap_remove(tested.candidate);
-        let candidate = Candidate { size: tested.coefficient, ..candidates.swap_remove(tested.candidate) };
+        let candidate = Disturbance { size: tested.coefficient, ..candidates.swap_remove(tested.candidate) };
         let segment = &segments[candidate.segment];
         if persists(rows, segment, candidate, length) {
             let located = located(rows, segment, candidate.row, length);
@@ -274,10 +274,10 @@ fn short_search(rows: Rows<'_>, segments: &[Range<usize>], count: usize) -> Opti
         return None;
     }
     let blocks = rows.blocks(segments, length);
-    let mut differences: Vec<Candidate> = blocks
+    let mut differences: Vec<Disturbance> = blocks
         .windows(3)
         .filter(|three| three[0].segment == three[2].segment)
-        .map(|three| Candidate { row: three[1].row + length / 2, segment: three[0].segment, size: three[2].mean - three[0].mean })
+        .map(|three| Disturbance { row: three[1].row + length / 2, segment: three[0].segment, size: three[2].mean - three[0].mean })
         .collect();
     if differences.len() < MIN_DIFFERENCES {
         return None;
@@ -293,7 +293,7 @@ fn short_search(rows: Rows<'_>, segments: &[Range<usize>], count: usize) -> Opti
 }
 
 /// The levels of several blocks on both sides differ, too: no single outlier.
-fn persists(rows: Rows<'_>, segment: &Range<usize>, candidate: Candidate, length: usize) -> bool {
+fn persists(rows: Rows<'_>, segment: &Range<usize>, candidate: Disturbance, length: usize) -> bool {
     let near = length.div_ceil(2);
     let far = near + PERSISTENCE_BLOCKS * length;
     let before = candidate.row.saturating_sub(far).max(segment.start)..candidate.row.saturating_sub(near).max(segment.start);

@@ -26,6 +26,7 @@ use identification::deadline::Deadline;
 use identification::statistics::uncertainty;
 pub use note::{AbsenceReason, Basis, Meaning, Remark};
 use response_function::ResponseFunction;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use stand_acquire::calibration_session::{Assumptions, DutKind, MeasuredCrystal, Mounting, Orientation, Step};
 
@@ -97,7 +98,7 @@ impl Curve {
 }
 
 /// A quantity that was not found.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Absence {
     /// Name of the quantity.
     pub quantity: String,
@@ -125,7 +126,7 @@ pub struct Findings {
 }
 
 /// Gain and phase at one frequency, with expanded uncertainties.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrequencyPoint {
     /// Frequency, Hz.
     pub frequency_Hz: f64,

@@ -2,6 +2,7 @@
 //! ([`Meaning`]), why a quantity is absent ([`AbsenceReason`]), remarks on the whole ([`Remark`]). `report` words them.
 
 use super::response::Structure;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// How the standard uncertainty of a contribution was evaluated.
@@ -355,7 +356,7 @@ pub enum Meaning {
 }
 
 /// Why a quantity was not found, and what a session needs to contain for it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum AbsenceReason {
     /// Three rates or more.
@@ -481,7 +482,7 @@ pub enum AbsenceReason {
 }
 
 /// A remark on the whole calibration.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Remark {
     /// The sequence of plateaus does not separate drift and scale.

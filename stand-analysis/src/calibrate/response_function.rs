@@ -7,6 +7,7 @@
 
 use super::{Basis, Contribution};
 use identification::statistics::uncertainty::{self, Evaluation, TemperatureRange};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A contribution along the curve.
@@ -57,7 +58,7 @@ impl ResponseFunction {
 }
 
 /// A contribution along the curve, as a record stores it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StoredCurveContribution {
     /// Name of the influence.
     #[serde(rename = "of")]
@@ -77,7 +78,7 @@ pub struct StoredCurveContribution {
 }
 
 /// The function, as a record stores it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StoredFunction {
     /// Unit of the input.
     pub input_unit: String,

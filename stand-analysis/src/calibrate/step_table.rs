@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq)]
-struct Row {
+struct StepRow {
     file: String,
     from_s: f64,
     to_s: f64,
@@ -55,7 +55,7 @@ pub enum StepTableError {
     Log(#[from] LogError),
 }
 
-fn parse(path: &Path) -> Result<Vec<Row>, StepTableError> {
+fn parse(path: &Path) -> Result<Vec<StepRow>, StepTableError> {
     let text = std::fs::read_to_string(path).map_err(|e| StepTableError::Read { path: path.to_owned(), message: e.to_string() })?;
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
     let names: Vec<&str> = lines.next().map_or(Vec::new(), |(_, header)| header.split(',').map(str::trim).collect());
@@ -80,7 +80,7 @@ fn parse(path: &Path) -> Result<Vec<Row>, StepTableError> {
                     .filter(|x| x.is_finite())
                     .ok_or_else(|| invalid(format!("{}: `{text}` is not a number", names[at])))
             };
-            let row = Row {
+            let row = StepRow {
                 file: cell(file)?.to_owned(),
                 from_s: number(from)?,
                 to_s: number(to)?,
@@ -100,7 +100,7 @@ pub fn files(table: &Path) -> Result<Vec<String>, StepTableError> {
     Ok(distinct_files(&parse(table)?).into_iter().map(str::to_owned).collect())
 }
 
-fn distinct_files(rows: &[Row]) -> Vec<&str> {
+fn distinct_files(rows: &[StepRow]) -> Vec<&str> {
     let mut files: Vec<&str> = Vec::new();
     for row in rows {
         if !files.contains(&row.file.as_str()) {
@@ -120,9 +120,9 @@ pub fn read_steps(table: &Path, logs: &Path, mut read: impl FnMut(&Path) -> Resu
     let mut steps = Vec::new();
     for file in files {
         let log = read(&logs.join(file))?;
-        let mut of_file: Vec<&Row> = rows.iter().filter(|row| row.file == file).collect();
+        let mut of_file: Vec<&StepRow> = rows.iter().filter(|row| row.file == file).collect();
         of_file.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
-        let row_error = |row: &Row, message: String| {
+        let row_error = |row: &StepRow, message: String| {
             let number = rows.iter().position(|r| r == row).map_or(0, |k| k + 2);
             StepTableError::Row { path: table.to_owned(), row: number, message }
         };
@@ -135,7 +135,7 @@ pub fn read_steps(table: &Path, logs: &Path, mut read: impl FnMut(&Path) -> Resu
 }
 
 /// The rows of a log that are in the table, with the stated rates.
-fn cut<'r>(log: &Log, rows: &[&'r Row], file: &str) -> Result<Step, (&'r Row, String)> {
+fn cut<'r>(log: &Log, rows: &[&'r StepRow], file: &str) -> Result<Step, (&'r StepRow, String)> {
     let t_s = log.t_s();
     let gap_s = 10.0 * log.median_dt_s();
     let (mut kept, mut setpoints, mut angles, mut temperatures, mut times) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());

@@ -110,7 +110,7 @@ fn hexadecimal(bytes: &[u8]) -> String {
 
 /// A line of the journal: the begin of a computation, or its key and row.
 #[derive(Debug, Default, Serialize, Deserialize)]
-struct Line {
+struct JournalLine {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     begin: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -154,8 +154,8 @@ impl Session {
         while reader.read_until(b'\n', &mut bytes).map_err(failed)? > 0 {
             ends_in_a_line = bytes.ends_with(b"\n");
             match serde_json::from_slice(&bytes) {
-                Ok(Line { key: Some(key), row: Some(row), .. }) if row.settings == settings_hash => drop(done.insert(key, row)),
-                Ok(Line { begin: Some(begin), .. }) if begin.ends_with(&settings_hash) => *attempts.entry(begin).or_default() += 1,
+                Ok(JournalLine { key: Some(key), row: Some(row), .. }) if row.settings == settings_hash => drop(done.insert(key, row)),
+                Ok(JournalLine { begin: Some(begin), .. }) if begin.ends_with(&settings_hash) => *attempts.entry(begin).or_default() += 1,
                 _ => {}
             }
             bytes.clear();
@@ -199,7 +199,7 @@ impl Session {
     /// The journal cannot be written.
     pub fn begin(&mut self, sha256: &str) -> Result<(), SessionError> {
         let begin = Some(self.key(sha256));
-        self.append(&Line { begin, ..Line::default() })
+        self.append(&JournalLine { begin, ..JournalLine::default() })
     }
 
     /// Keeps the answer about a log; it is on the disk when this returns. An answer without a hash is not kept.
@@ -209,7 +209,7 @@ impl Session {
     pub fn record(&mut self, mut row: Row) -> Result<(), SessionError> {
         let Some(key) = row.sha256.as_deref().map(|sha256| self.key(sha256)) else { return Ok(()) };
         self.complete(&mut row);
-        self.append(&Line { key: Some(key.clone()), row: Some(row.clone()), begin: None })?;
+        self.append(&JournalLine { key: Some(key.clone()), row: Some(row.clone()), begin: None })?;
         self.journal.sync_data().map_err(|source| SessionError::Write { path: self.path.clone(), source })?;
         self.done.insert(key, row);
         Ok(())
@@ -224,7 +224,7 @@ impl Session {
         row.time_limit_s = self.settings.time_limit_s;
     }
 
-    fn append(&mut self, line: &Line) -> Result<(), SessionError> {
+    fn append(&mut self, line: &JournalLine) -> Result<(), SessionError> {
         let failed = |source| SessionError::Write { path: self.path.clone(), source };
         let mut text = serde_json::to_vec(line).map_err(|error| failed(io::Error::other(error)))?;
         text.push(b'\n');

@@ -41,7 +41,7 @@ fn line_is_fitted_by_weighted_least_squares() {
     let of = |day: f64, u: f64, off: f64| {
         point(day, 1.0 + 0.1 * day + off, "s", vec![Contribution::type_a("noise", u, f64::INFINITY, String::new())])
     };
-    let Line { at_first, slope, .. } = line(&[of(0.0, 0.1, 0.0), of(1.0, 0.2, 0.0), of(3.0, 0.1, 0.0)]).unwrap();
+    let TrendLine { at_first, slope, .. } = line(&[of(0.0, 0.1, 0.0), of(1.0, 0.2, 0.0), of(3.0, 0.1, 0.0)]).unwrap();
     let spread: f64 = 925.0 - 325.0 * 325.0 / 225.0;
     assert!((at_first - 1.0).abs() < 1e-12 && (slope.value - 0.1).abs() < 1e-12);
     assert!((slope.combined_u() - spread.powf(-0.5)).abs() < 1e-12 && slope.effective_dof() == f64::INFINITY && slope.unit == "1/d");

@@ -1,17 +1,19 @@
 //! Allan analysis as JSON. A number that is not finite is `null`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::Display;
-use super::words::{name, not_shown, note, note_json, standard};
+use super::words::{NoteKind, name, not_shown, note, note_kind, standard};
 use crate::json::{Entries, value};
+use crate::schema;
 use crate::uncertainty::QuantityJson;
 use stand_analysis::allan::answer::{Answer, Interpretation, LevelStep, Lowest, NotShown, Note, WHITE};
 use stand_analysis::allan::units::{PROCESSES, Process};
 
 /// The answer: lists over the averaging times in SI units; coefficients in both units.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct AnswerJson<'a> {
     log: &'a str,
     column: &'a str,
@@ -49,10 +51,10 @@ struct AnswerJson<'a> {
     steps: Vec<StepJson>,
     says: Vec<String>,
     /// The same remarks: kind and numbers.
-    notes: Vec<Value>,
+    notes: Vec<NoteKind>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct CoefficientJson {
     value: Option<f64>,
     sigma: Option<f64>,
@@ -67,16 +69,16 @@ struct CoefficientJson {
 }
 
 /// Why a coefficient has no value.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct AbsenceJson {
     /// Upper limit; the outer `None` omits the key.
     #[serde(skip_serializing_if = "Option::is_none")]
     below: Option<Option<f64>>,
     says: String,
-    reason: Value,
+    reason: Option<ReasonKind>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct LowestJson {
     tau_s: f64,
     oadev: f64,
@@ -126,24 +128,53 @@ pub fn json(answer: &Answer, display: &Display) -> Value {
         quantities: quantities(answer, display),
         steps: steps(answer),
         says: answer.notes.iter().map(|found| note(found, display)).collect(),
-        notes: answer.notes.iter().map(|found| note_json(found, display)).collect(),
+        notes: answer.notes.iter().map(|found| note_kind(found, display)).collect(),
     })
 }
 
+/// Why a coefficient has no value, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum ReasonKind {
+    /// Not significant; the limit stands beside it.
+    NotSignificant {
+        /// The curve has a minimum.
+        has_minimum: Option<bool>,
+    },
+    /// Not separable from the other processes.
+    NotSeparable {
+        /// The curve has a minimum.
+        has_minimum: Option<bool>,
+    },
+    /// Too few rows.
+    TooFewRows {
+        /// Rows.
+        rows: usize,
+    },
+    /// No variance.
+    ZeroVariance,
+    /// A transient would be taken for it.
+    Transient,
+    /// Many steps of the level.
+    ManySteps,
+    /// The column is not a rate.
+    NotARate,
+}
+
 /// Why a coefficient has no value, for programs; `has_limit`: its upper limit is known.
-fn reason_json(reason: NotShown, has_limit: bool) -> Value {
+fn reason_kind(reason: NotShown, has_limit: bool) -> ReasonKind {
     match (reason, has_limit) {
-        (NotShown::NotSignificant { has_minimum }, true) => json!({"kind": "not-significant", "has_minimum": has_minimum}),
-        (NotShown::NotSignificant { has_minimum }, false) => json!({"kind": "not-separable", "has_minimum": has_minimum}),
-        (NotShown::TooFewRows { rows }, _) => json!({"kind": "too-few-rows", "rows": rows}),
-        (NotShown::ZeroVariance, _) => json!({"kind": "zero-variance"}),
-        (NotShown::Transient, _) => json!({"kind": "transient"}),
-        (NotShown::ManySteps, _) => json!({"kind": "many-steps"}),
+        (NotShown::NotSignificant { has_minimum }, true) => ReasonKind::NotSignificant { has_minimum },
+        (NotShown::NotSignificant { has_minimum }, false) => ReasonKind::NotSeparable { has_minimum },
+        (NotShown::TooFewRows { rows }, _) => ReasonKind::TooFewRows { rows },
+        (NotShown::ZeroVariance, _) => ReasonKind::ZeroVariance,
+        (NotShown::Transient, _) => ReasonKind::Transient,
+        (NotShown::ManySteps, _) => ReasonKind::ManySteps,
     }
 }
 
 /// A step of the level, in the column's unit.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct StepJson {
     t_s: f64,
     size: f64,
@@ -170,7 +201,7 @@ fn in_degrees(answer: &Answer, display: &Display) -> Entries<CoefficientJson> {
             Some(scale) => coefficient(answer, display, p, scale, unit),
             None => {
                 let says = "the column is not a rate: see coefficients".to_owned();
-                let absence = Some(AbsenceJson { below: None, says, reason: json!({"kind": "not-a-rate"}) });
+                let absence = Some(AbsenceJson { below: None, says, reason: Some(ReasonKind::NotARate) });
                 CoefficientJson { value: None, sigma: None, dof: None, k: None, expanded: None, interval_95: None, unit, absence }
             }
         };
@@ -215,7 +246,7 @@ fn coefficient(answer: &Answer, display: &Display, p: usize, scale: f64, unit: S
         absence: not_shown(answer, display, p).map(|says| AbsenceJson {
             below: Some(scaled(coefficient.below)),
             says,
-            reason: coefficient.not_shown.map_or(Value::Null, |reason| reason_json(reason, coefficient.below.is_some())),
+            reason: coefficient.not_shown.map(|reason| reason_kind(reason, coefficient.below.is_some())),
         }),
     }
 }
@@ -231,4 +262,9 @@ fn lowest(display: &Display, lowest: Lowest) -> LowestJson {
         unit,
         inside: lowest.inside,
     }
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("allan", schema::of::<AnswerJson<'_>>())]
 }

@@ -9,5 +9,7 @@ mod words;
 
 pub use display::Display;
 pub use html::html;
-pub use json::json;
+pub(crate) use json::schemas;
+pub use json::{ReasonKind, json};
 pub use text::text;
+pub use words::NoteKind;

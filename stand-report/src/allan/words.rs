@@ -1,6 +1,7 @@
 //! Sentences about an Allan analysis.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::Display;
 use crate::uncertainty::estimate;
@@ -129,26 +130,102 @@ pub(super) fn note(note: &Note, display: &Display) -> String {
     }
 }
 
+/// A remark on the analysis, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum NoteKind {
+    /// A remark on the log.
+    Log {
+        /// The sentence of the program.
+        says: String,
+    },
+    /// The interval of the rows scatters.
+    Scatter {
+        /// %.
+        percent: f64,
+    },
+    /// Rows arrive in bursts.
+    Bursts {
+        /// Rows.
+        rows: f64,
+        /// Interval, s.
+        interval_s: f64,
+    },
+    /// Gaps.
+    Gaps {
+        /// Number.
+        count: usize,
+        /// Missing rows.
+        missing: f64,
+    },
+    /// Rows were lost.
+    LostRows {
+        /// Number.
+        count: f64,
+        /// Rows that elapsed.
+        elapsed: f64,
+    },
+    /// The interval of the rows changes; one stretch is used.
+    RateChange {
+        /// Begin, s.
+        from_s: f64,
+        /// End, s.
+        to_s: f64,
+        /// Interval, s.
+        interval_s: f64,
+    },
+    /// There are no coefficients.
+    NoCoefficients,
+    /// The level steps.
+    Steps {
+        /// Times, s.
+        times_s: Vec<f64>,
+    },
+    /// A transient at the begin.
+    Transient {
+        /// Size.
+        size: f64,
+        /// Its unit.
+        unit: String,
+        /// Time constant, s.
+        time_constant_s: f64,
+        /// Begin, s.
+        from_s: f64,
+    },
+    /// Slow noise of several kinds, not separable.
+    SlowNoiseTogether,
+    /// The model does not explain the curve.
+    Unexplained {
+        /// Ratio.
+        misfit: f64,
+    },
+    /// Short times are omitted.
+    ShortTimesOmitted {
+        /// s.
+        below_s: f64,
+    },
+}
+
 /// A remark about the record or the fit, for programs.
-pub(super) fn note_json(note: &Note, display: &Display) -> Value {
+pub(super) fn note_kind(note: &Note, display: &Display) -> NoteKind {
     let (factor, unit) = (display.deviation().factor, &display.deviation().unit);
     match note {
-        Note::Log(warning) => json!({"kind": "log", "says": log_warning(warning)}),
-        Note::Timing(TimingNote::Scatter { relative }) => json!({"kind": "scatter", "percent": 100.0 * relative}),
-        Note::Timing(TimingNote::Bursts { rows, interval_s }) => json!({"kind": "bursts", "rows": rows, "interval_s": interval_s}),
-        Note::Timing(TimingNote::Gaps { count, missing }) => json!({"kind": "gaps", "count": count, "missing": missing.round().max(1.0)}),
-        Note::Timing(TimingNote::LostRows { count, elapsed }) => json!({"kind": "lost-rows", "count": count.round(), "elapsed": elapsed}),
+        Note::Log(warning) => NoteKind::Log { says: log_warning(warning) },
+        Note::Timing(TimingNote::Scatter { relative }) => NoteKind::Scatter { percent: 100.0 * relative },
+        Note::Timing(TimingNote::Bursts { rows, interval_s }) => NoteKind::Bursts { rows: *rows, interval_s: *interval_s },
+        Note::Timing(TimingNote::Gaps { count, missing }) => NoteKind::Gaps { count: *count, missing: missing.round().max(1.0) },
+        Note::Timing(TimingNote::LostRows { count, elapsed }) => NoteKind::LostRows { count: count.round(), elapsed: *elapsed },
         Note::Timing(TimingNote::RateChange { interval_s, used_s: [from_s, to_s] }) => {
-            json!({"kind": "rate-change", "from_s": from_s, "to_s": to_s, "interval_s": interval_s})
+            NoteKind::RateChange { from_s: *from_s, to_s: *to_s, interval_s: *interval_s }
         }
-        Note::NoCoefficients(_) => json!({"kind": "no-coefficients"}),
-        Note::Steps(steps) => json!({"kind": "steps", "times_s": steps.iter().map(|step| step.t_s).collect::<Vec<f64>>()}),
+        Note::NoCoefficients(_) => NoteKind::NoCoefficients,
+        Note::Steps(steps) => NoteKind::Steps { times_s: steps.iter().map(|step| step.t_s).collect() },
         Note::Transient { time_constant_s, size, from_s } => {
-            json!({"kind": "transient", "size": size * factor, "unit": unit, "time_constant_s": time_constant_s, "from_s": from_s.ceil()})
+            NoteKind::Transient { size: size * factor, unit: unit.to_string(), time_constant_s: *time_constant_s, from_s: from_s.ceil() }
         }
-        Note::SlowNoiseTogether => json!({"kind": "slow-noise-together"}),
-        Note::Unexplained { misfit } => json!({"kind": "unexplained", "misfit": misfit}),
-        Note::ShortTimesOmitted { below_s } => json!({"kind": "short-times-omitted", "below_s": below_s}),
+        Note::SlowNoiseTogether => NoteKind::SlowNoiseTogether,
+        Note::Unexplained { misfit } => NoteKind::Unexplained { misfit: *misfit },
+        Note::ShortTimesOmitted { below_s } => NoteKind::ShortTimesOmitted { below_s: *below_s },
     }
 }
 

@@ -3,7 +3,9 @@
 use super::html::evaluation;
 use super::{text, unit_suffix};
 use crate::json::value;
+use crate::schema;
 use crate::{significant, with_sigma};
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 use stand_analysis::calibrate::DutKind;
@@ -43,7 +45,7 @@ pub fn skipped_text(skipped: &[String]) -> String {
     skipped.iter().map(|why| format!("skipped: {why}\n")).collect()
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ListEntry<'a> {
     record: String,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -57,7 +59,7 @@ struct ListEntry<'a> {
     interruptions: usize,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct List<'a> {
     records: Vec<ListEntry<'a>>,
     passed_over: &'a [String],
@@ -125,14 +127,14 @@ pub fn show_text(record: &StoredRecord, verification: &Verification) -> String {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct LogEntry<'a> {
     log: &'a str,
     as_recorded: bool,
     says: Option<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct VerificationEntry<'a> {
     logs: Vec<LogEntry<'a>>,
     same_results: bool,
@@ -140,7 +142,7 @@ struct VerificationEntry<'a> {
     says: Option<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Show<'a> {
     #[serde(flatten)]
     record: &'a StoredRecord,
@@ -159,7 +161,7 @@ pub fn show_json(record: &StoredRecord, verification: &Verification) -> Value {
     value(&Show { record, checked })
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct AddedEntry {
     folder: String,
     session: i64,
@@ -186,4 +188,14 @@ pub fn export_csv(rows: &[QuantityRow]) -> String {
 /// The answer of `stand records export --json`.
 pub fn export_json(rows: &[QuantityRow]) -> Value {
     value(&rows)
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![
+        ("records list", schema::of::<List<'_>>()),
+        ("records show", schema::of::<Show<'_>>()),
+        ("records add", schema::of::<Vec<AddedEntry>>()),
+        ("records export", schema::of::<Vec<QuantityRow>>()),
+    ]
 }

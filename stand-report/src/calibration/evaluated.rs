@@ -2,8 +2,10 @@
 
 use super::{coverage_text, footnote, unit_suffix, with_expanded_u};
 use crate::json::value;
+use crate::schema;
 use crate::{plain, significant};
 use identification::statistics::uncertainty::COVERAGE_PROBABILITY;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 use stand_analysis::calibrate::response_function::{Evaluated, StoredFunction};
@@ -25,7 +27,7 @@ pub fn evaluated_text(function: &StoredFunction, values: &[(f64, Evaluated)]) ->
     out + &footnote() + "\n"
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Entry<'a> {
     at: f64,
     at_unit: &'a str,
@@ -55,4 +57,9 @@ pub fn evaluated_json(function: &StoredFunction, values: &[(f64, Evaluated)]) ->
         })
     };
     Value::Array(values.iter().map(entry).collect())
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("records evaluate", schema::of::<Vec<Entry<'_>>>())]
 }

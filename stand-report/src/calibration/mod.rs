@@ -1,13 +1,13 @@
 //! Calibration records in words: the record file, text for a terminal, an HTML page; lists of records, verification, and trends.
 
-mod archive;
+pub(crate) mod archive;
 mod by_hand;
 mod display;
-mod evaluated;
+pub(crate) mod evaluated;
 mod html;
 mod standards;
 mod text;
-mod trend;
+pub(crate) mod trend;
 mod words;
 
 pub use archive::{added_json, export_csv, export_json, list_json, list_text, show_json, show_text, skipped_text};

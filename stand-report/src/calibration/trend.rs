@@ -5,12 +5,14 @@ use crate::html::{Cell, Class, Markup, Page, Table};
 use crate::json::value;
 use crate::plot::svg::Drawing;
 use crate::plot::{Axis, Plot, with_margin};
+use crate::schema;
 use crate::{significant, with_sigma};
 use identification::statistics::Extremes;
 use identification::statistics::uncertainty::COVERAGE_PROBABILITY;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
-use stand_records::trend::{Change, Line, Point, Series, Trend};
+use stand_records::trend::{Change, Point, Series, Trend, TrendLine};
 use std::collections::BTreeMap;
 
 const COMMON_CONTRIBUTIONS: &str = "Contributions of type B with the same source are common to two records of one stand (crystal, mounting, readings) and \
@@ -42,11 +44,11 @@ fn heading(trend: &Trend) -> String {
     format!("trend {} {}", trend.kind, trend.serial).trim_end().to_owned()
 }
 
-fn scatter(line: &Line) -> String {
+fn scatter(line: &TrendLine) -> String {
     format!("{} records; their scatter is {:.2} × what their uncertainties predict", line.records, line.birge_ratio)
 }
 
-fn line_text(line: &Line) -> String {
+fn line_text(line: &TrendLine) -> String {
     let significant = if line.is_significant() { ", significant" } else { "" };
     format!("line: {}{significant}; {}", with_expanded_u(&line.slope), scatter(line))
 }
@@ -145,7 +147,7 @@ fn table(s: &Series) -> Table {
     table
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ChangeEntry<'a> {
     value: f64,
     sigma: f64,
@@ -175,7 +177,7 @@ impl<'a> From<&'a Change> for ChangeEntry<'a> {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct PointEntry<'a> {
     began: &'a str,
     day: f64,
@@ -189,7 +191,7 @@ struct PointEntry<'a> {
     from_before: Option<ChangeEntry<'a>>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct LineEntry<'a> {
     at_first: f64,
     per_day: f64,
@@ -202,8 +204,8 @@ struct LineEntry<'a> {
     says: String,
 }
 
-impl<'a> From<&'a Line> for LineEntry<'a> {
-    fn from(line: &'a Line) -> Self {
+impl<'a> From<&'a TrendLine> for LineEntry<'a> {
+    fn from(line: &'a TrendLine) -> Self {
         let slope = &line.slope;
         Self {
             at_first: line.at_first,
@@ -218,7 +220,7 @@ impl<'a> From<&'a Line> for LineEntry<'a> {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct SeriesEntry<'a> {
     unit: Option<&'a str>,
     points: Vec<PointEntry<'a>>,
@@ -226,7 +228,7 @@ struct SeriesEntry<'a> {
     repeatability: Option<RepeatabilityEntry>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct RepeatabilityEntry {
     value: f64,
     sigma: f64,
@@ -265,7 +267,7 @@ impl<'a> From<&'a Series> for SeriesEntry<'a> {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct TrendEntry<'a> {
     what: &'a str,
     serial: &'a str,
@@ -283,4 +285,9 @@ pub fn trend_json(trend: &Trend) -> Value {
         beyond: trend.significant(),
         quantities: trend.series.iter().map(|s| (s.name.as_str(), s.into())).collect(),
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("records trend", schema::of::<TrendEntry<'_>>())]
 }

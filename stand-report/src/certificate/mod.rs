@@ -8,7 +8,9 @@ pub use dcc::dcc;
 pub use html::html;
 
 use crate::json::value;
+use crate::schema;
 use crate::significant;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 use stand_records::certificate::{Certificate, Conformity, DecisionRule, Limit};
@@ -43,7 +45,7 @@ fn limits(limit: &Limit) -> String {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct DecisionEntry<'a> {
     quantity: &'a str,
     lowest: Option<f64>,
@@ -51,7 +53,7 @@ struct DecisionEntry<'a> {
     decision: &'static str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Answer<'a> {
     number: &'a str,
     issued: String,
@@ -75,4 +77,9 @@ pub fn json(certificate: &Certificate) -> Value {
         results: certificate.record.quantities.len(),
         decisions: decisions.collect(),
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("certificate", schema::of::<Answer<'_>>())]
 }

@@ -3,7 +3,7 @@
 use crate::coordinates::CoordinateAxis;
 use crate::html::{Class, Markup, Page};
 use crate::plot::{Axis, HALF_WIDTH, Plot, with_margin};
-use crate::residual_plots::{self, Line};
+use crate::residual_plots::{self, PlotLine};
 use crate::unit;
 use identification::identify::fit::ChannelFit;
 use identification::recording::PreparedLog;
@@ -32,10 +32,10 @@ pub(super) fn close_up(data: &PreparedLog, compared: &ComparedChannel, f: &Chann
 }
 
 fn traces(data: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, range: (f64, f64), page: &mut Page) {
-    if let Some(plot) = residual_plots::traces(data, compared, &[Line { fit: f, class: "modelled" }], range, true) {
+    if let Some(plot) = residual_plots::traces(data, compared, &[PlotLine { fit: f, class: "modelled" }], range, true) {
         page.figure(&plot, Markup::swatch("measured", "measured").then(" ").then(Markup::swatch("modelled", "modelled")));
     }
-    if let Some(plot) = residual_plots::residuals(data, &[Line { fit: f, class: "residual" }], range, true) {
+    if let Some(plot) = residual_plots::residuals(data, &[PlotLine { fit: f, class: "residual" }], range, true) {
         let band = Markup::swatch("band", "± 2 × noise: 95 % of the rows of a complete model");
         let caption = Markup::swatch("residual", "residual").then(" ").then(band);
         let caption = if data.held_out.is_some() { caption.then(" ").then(Markup::swatch("held", "held out of the fit")) } else { caption };
@@ -112,7 +112,7 @@ pub(super) fn over_coordinates(f: &ChannelFit, along: &[CoordinateAxis], page: &
     );
     page.side_by_side(|page| {
         for a in along {
-            if let Some(plot) = residual_plots::over_coordinate(&[Line { fit: f, class: "residual" }], a) {
+            if let Some(plot) = residual_plots::over_coordinate(&[PlotLine { fit: f, class: "residual" }], a) {
                 page.figure(&plot, "");
             }
         }

@@ -1,5 +1,6 @@
 //! A comparison or a fit as JSON.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -7,13 +8,14 @@ use super::Comparison;
 use super::parameters::{Determination, parameters};
 use crate::json::{Entries, is_false, value};
 use crate::misfits::MisfitJson;
+use crate::schema;
 use crate::{column, unit};
 use identification::identify::fit::ChannelFit;
 use identification::log::Axis;
 use identification::recording::prepared_log::ANGLE_INCREMENT_S;
 
 /// Answer of `stand compare`.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ComparisonJson<'a> {
     log: String,
     model: &'a str,
@@ -27,7 +29,7 @@ struct ComparisonJson<'a> {
 }
 
 /// Answer of `stand fit`: the parameters, and the keys of a comparison.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct FitJson<'a> {
     parameters: Entries<ParameterJson>,
     not_identifiable: Vec<&'a str>,
@@ -40,7 +42,7 @@ struct FitJson<'a> {
     comparison: ComparisonJson<'a>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct OutputJson {
     rms: f64,
     noise: f64,
@@ -55,7 +57,7 @@ struct OutputJson {
     compared: Option<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ParameterJson {
     value: f64,
     sigma: Option<f64>,
@@ -70,7 +72,7 @@ struct ParameterJson {
     out_of_range: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct NotIdentifiableJson<'a> {
     parameter: &'a str,
     with: Option<&'a str>,
@@ -146,4 +148,9 @@ fn output(f: &ChannelFit, axis: Axis) -> OutputJson {
         unit: unit(axis, f.channel),
         compared: f.is_increment.then(|| format!("increments over {} ms", (ANGLE_INCREMENT_S * 1e3).round())),
     }
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("compare", schema::of::<ComparisonJson<'_>>()), ("fit", schema::of::<FitJson<'_>>())]
 }

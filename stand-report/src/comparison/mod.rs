@@ -16,6 +16,7 @@ mod text;
 pub mod words;
 
 pub use html::html;
+pub(crate) use json::schemas;
 pub use json::{compare_json, fit_json};
 pub use parameters::{Determination, ParameterRow};
 pub use profiles::profiles_json;

@@ -1,6 +1,7 @@
 //! The residual of each output over every coordinate and over the harmonic order, as numbers: the plots of the HTML report for other pages.
 
 use drive_model::Coordinate;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -14,7 +15,7 @@ use identification::log::Log;
 use identification::recording::PreparedLog;
 use identification::statistics::bins::{Bin, binned};
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Profiles {
     unit: &'static str,
     /// Standard deviation of the noise, in `unit`.
@@ -24,7 +25,7 @@ struct Profiles {
     orders: Option<Orders>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct OverCoordinate {
     coordinate: &'static str,
     name: &'static str,
@@ -35,7 +36,7 @@ struct OverCoordinate {
     worst: Option<usize>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Orders {
     /// Share of the residual variance by harmonic order from 1 on, %.
     percent: Vec<f64>,

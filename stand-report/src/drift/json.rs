@@ -1,12 +1,14 @@
 //! Answers of `stand drift … --json`.
 
 use super::display::Display;
-use super::words::{QUIET, platform_source, warning_json};
+use super::words::{NoteKind, QUIET, platform_source, warning_kind};
 use super::{defect, source, warning};
 use crate::json::value;
+use crate::schema;
 use crate::uncertainty::{EstimateJson, QuantityJson};
 use crate::units::Units;
 use identification::statistics::uncertainty::{Estimate, Quantity};
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 use stand_analysis::drift::error_budget::{AxisBudget, DriftQuantity, ErrorSource};
@@ -18,7 +20,7 @@ use stand_analysis::drift::{Cycle, DEG_H, DriftResult};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 enum AxesEntry {
     One(EstimateJson),
@@ -36,7 +38,7 @@ impl AxesEntry {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct AzimuthEntry {
     #[serde(flatten)]
     estimate: EstimateJson,
@@ -51,7 +53,7 @@ impl AzimuthEntry {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct CycleEntry {
     number: u32,
     axis: Option<&'static str>,
@@ -90,14 +92,14 @@ impl CycleEntry {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct AxisEntry {
     axis: Option<&'static str>,
     #[serde(flatten)]
     estimate: EstimateJson,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct MovementEntry {
     axis: Option<&'static str>,
     trend_deg_h_h: Option<EstimateJson>,
@@ -108,7 +110,7 @@ struct MovementEntry {
     visits_sigma_deg_h: Option<f64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ContributionEntry {
     of: &'static str,
     axis: Option<&'static str>,
@@ -117,14 +119,14 @@ struct ContributionEntry {
     azimuth_arcmin: Option<f64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct UncorrectedEntry {
     own_drift_deg_h: Option<AxesEntry>,
     apparent_drift_deg_h: Option<AxesEntry>,
     azimuth_deg: Option<AzimuthEntry>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct DriftEntry<'a> {
     name: &'a str,
     cycles: Vec<CycleEntry>,
@@ -143,7 +145,7 @@ struct DriftEntry<'a> {
     uncorrected: UncorrectedEntry,
     warnings: Vec<String>,
     /// The same warnings: kind and numbers.
-    notes: Vec<Value>,
+    notes: Vec<NoteKind>,
 }
 
 /// The answer of `stand drift run --json` and `stand drift compute --json`.
@@ -196,7 +198,7 @@ pub fn json(result: &DriftResult, units: Units) -> Value {
             azimuth_deg: AzimuthEntry::new(uncorrected),
         },
         warnings: result.warnings.iter().map(warning).collect(),
-        notes: result.warnings.iter().map(warning_json).collect(),
+        notes: result.warnings.iter().map(warning_kind).collect(),
     })
 }
 
@@ -232,13 +234,13 @@ fn quantities(found: &SeparatedDrift, display: &Display) -> Vec<QuantityJson> {
     all
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct LineEntry {
     frequency_Hz: f64,
     amplitude_arcsec: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct AdviceEntry<'a> {
     log: &'a str,
     pulse_s: f64,
@@ -266,7 +268,7 @@ pub fn advice_json(log: &str, advice: &PulseAdvice) -> Value {
     })
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct UnitEntry {
     #[serde(flatten)]
     estimate: EstimateJson,
@@ -274,19 +276,19 @@ struct UnitEntry {
     budget: Vec<PlatformLineEntry>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct PlatformLineEntry {
     of: &'static str,
     u: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct BiasAndScaleEntry {
     bias_rad_s: f64,
     scale: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct PlatformCycleEntry {
     start_s: f64,
     bias_rad_s: f64,
@@ -297,7 +299,7 @@ struct PlatformCycleEntry {
     uncorrected: BiasAndScaleEntry,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct PlatformEntry<'a> {
     log: &'a str,
     pulse_s: f64,
@@ -345,4 +347,13 @@ pub fn platform_json(log: &str, result: &PlatformResult, units: Units) -> Value 
         cycles: result.cycles.iter().map(cycle).collect(),
         warnings: result.is_quiet.then_some(QUIET).into_iter().collect(),
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![
+        ("drift run, drift compute", schema::of::<DriftEntry<'_>>()),
+        ("drift advise", schema::of::<AdviceEntry<'_>>()),
+        ("drift platform", schema::of::<PlatformEntry<'_>>()),
+    ]
 }

@@ -7,8 +7,9 @@ mod text;
 mod words;
 
 pub use html::{advice_html, html, platform_html};
+pub(crate) use json::schemas;
 pub use json::{advice_json, json, platform_json};
 pub use text::{advice_text, platform_text, text};
-pub use words::error_text;
+pub use words::{NoteKind, SetupPartKind, error_text};
 
 use words::{defect, source, warning};

@@ -1,6 +1,7 @@
 //! Words for the enums of the drift measurement.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::uncertainty::with_expanded;
 use crate::units::Scale;
@@ -72,35 +73,95 @@ pub(super) fn warning(warning: &DriftWarning) -> String {
     }
 }
 
+/// A remark on the drift, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum NoteKind {
+    /// The gain of the torquer is unknown.
+    NoTorquerGain,
+    /// A remark on the log.
+    Log {
+        /// The sentence of the program.
+        says: String,
+    },
+    /// The time between the logs is unknown.
+    UnknownTimesBetweenLogs,
+    /// Near a pole.
+    Pole,
+    /// The drift has a trend.
+    Trend {
+        /// The axis: x, y or z; none: there is one.
+        axis: Option<&'static str>,
+        /// °/h per hour.
+        trend_deg_h_h: f64,
+    },
+    /// The drift walks.
+    Walk {
+        /// The axis: x, y or z; none: there is one.
+        axis: Option<&'static str>,
+        /// °/h/√h.
+        walk_deg_h_sqrt_h: f64,
+    },
+    /// Visits to a position differ.
+    Visits {
+        /// The axis: x, y or z; none: there is one.
+        axis: Option<&'static str>,
+        /// Standard deviation, °/h.
+        sigma_deg_h: f64,
+    },
+    /// Each position was visited once.
+    SingleVisits,
+    /// One difference between visits.
+    FewVisits,
+    /// Pulses of one amplitude.
+    OneAmplitude {
+        /// %.
+        percent: f64,
+    },
+    /// Parts of the setup were taken as exact.
+    TakenAsExact {
+        /// The parts.
+        parts: Vec<SetupPartKind>,
+    },
+}
+
+/// A part of the setup, for programs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SetupPartKind {
+    /// The turn between positions.
+    Turn,
+    /// The level.
+    Level,
+    /// The gain of the angle sensor.
+    AngleGain,
+}
+
 /// A remark on the input, for programs.
-pub(super) fn warning_json(warning: &DriftWarning) -> Value {
+pub(super) fn warning_kind(warning: &DriftWarning) -> NoteKind {
     let name = |axis: &Option<usize>| axis.and_then(|axis| ["x", "y", "z"].get(axis).copied());
     match warning {
-        DriftWarning::NoTorquerGain => json!({"kind": "no-torquer-gain"}),
-        DriftWarning::Log(warning) => json!({"kind": "log", "says": log_warning(warning)}),
-        DriftWarning::UnknownTimesBetweenLogs => json!({"kind": "unknown-times-between-logs"}),
-        DriftWarning::Pole => json!({"kind": "pole"}),
-        DriftWarning::Trend { axis, rad_s2 } => {
-            json!({"kind": "trend", "axis": name(axis), "trend_deg_h_h": rad_s2.value * HOUR_S / DEG_H})
-        }
+        DriftWarning::NoTorquerGain => NoteKind::NoTorquerGain,
+        DriftWarning::Log(warning) => NoteKind::Log { says: log_warning(warning) },
+        DriftWarning::UnknownTimesBetweenLogs => NoteKind::UnknownTimesBetweenLogs,
+        DriftWarning::Pole => NoteKind::Pole,
+        DriftWarning::Trend { axis, rad_s2 } => NoteKind::Trend { axis: name(axis), trend_deg_h_h: rad_s2.value * HOUR_S / DEG_H },
         DriftWarning::Walk { axis, walk_rad_s_sqrt_s } => {
-            json!({"kind": "walk", "axis": name(axis), "walk_deg_h_sqrt_h": walk_rad_s_sqrt_s * HOUR_S.sqrt() / DEG_H})
+            NoteKind::Walk { axis: name(axis), walk_deg_h_sqrt_h: walk_rad_s_sqrt_s * HOUR_S.sqrt() / DEG_H }
         }
-        DriftWarning::Visits { axis, sigma_rad_s } => json!({"kind": "visits", "axis": name(axis), "sigma_deg_h": sigma_rad_s / DEG_H}),
-        DriftWarning::FewVisits { contrasts: 0 } => json!({"kind": "single-visits"}),
-        DriftWarning::FewVisits { .. } => json!({"kind": "few-visits"}),
-        DriftWarning::OneAmplitude { asymmetry_bound } => json!({"kind": "one-amplitude", "percent": 100.0 * asymmetry_bound}),
-        DriftWarning::TakenAsExact(parts) => {
-            json!({"kind": "taken-as-exact", "parts": parts.iter().map(|part| setup_part_kind(*part)).collect::<Vec<_>>()})
-        }
+        DriftWarning::Visits { axis, sigma_rad_s } => NoteKind::Visits { axis: name(axis), sigma_deg_h: sigma_rad_s / DEG_H },
+        DriftWarning::FewVisits { contrasts: 0 } => NoteKind::SingleVisits,
+        DriftWarning::FewVisits { .. } => NoteKind::FewVisits,
+        DriftWarning::OneAmplitude { asymmetry_bound } => NoteKind::OneAmplitude { percent: 100.0 * asymmetry_bound },
+        DriftWarning::TakenAsExact(parts) => NoteKind::TakenAsExact { parts: parts.iter().map(|part| setup_part_kind(*part)).collect() },
     }
 }
 
-fn setup_part_kind(part: SetupPart) -> &'static str {
+fn setup_part_kind(part: SetupPart) -> SetupPartKind {
     match part {
-        SetupPart::Turn => "turn",
-        SetupPart::Level => "level",
-        SetupPart::AngleGain => "angle-gain",
+        SetupPart::Turn => SetupPartKind::Turn,
+        SetupPart::Level => SetupPartKind::Level,
+        SetupPart::AngleGain => SetupPartKind::AngleGain,
     }
 }
 

@@ -1,18 +1,20 @@
 //! The catalogue as JSON.
 
 use drive_model::{Card, Domain, ParameterKind, cards};
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
 use super::family;
 use crate::json::value;
+use crate::schema;
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ListJson {
     effects: Vec<EffectJson>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct EffectJson {
     id: &'static str,
     title: &'static str,
@@ -28,7 +30,7 @@ struct EffectJson {
     reference: &'static str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ParameterJson {
     name: &'static str,
     unit: &'static str,
@@ -94,4 +96,9 @@ fn kind(kind: ParameterKind) -> &'static str {
         ParameterKind::Periodicity => "periodicity",
         ParameterKind::EventTime => "moment",
     }
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("effects", schema::of::<ListJson>()), ("effects ID", schema::of::<EffectJson>())]
 }

@@ -16,6 +16,7 @@ use drive_model::{Card, Domain, cards};
 
 pub use demonstration::demonstration;
 pub use html::{effect_html, list_html};
+pub(crate) use json::schemas;
 pub use json::{effect_json, list_json};
 pub use markdown::catalogue_markdown;
 pub use simulate::{SimulatedPair, Trace, simulated_pair};

@@ -32,6 +32,19 @@ pub enum Outcome {
 }
 
 impl Outcome {
+    /// All of them.
+    pub const ALL: [Outcome; 9] = [
+        Outcome::Added,
+        Outcome::AddedLater,
+        Outcome::Refused,
+        Outcome::NotVisible,
+        Outcome::NotDistinguishable,
+        Outcome::LowerScore,
+        Outcome::NotSignificant,
+        Outcome::Helps,
+        Outcome::HelpsLess,
+    ];
+
     /// The outcome for candidate `c`.
     pub fn of(e: &Explanation, c: &Candidate) -> Outcome {
         let is_missing = |name: &String| e.missing.contains(name);
@@ -98,12 +111,16 @@ pub fn p_cell(e: &Explanation, c: &Candidate) -> String {
     if has_p_value(e, c) { p_value(c.log10_p) } else { "–".to_owned() }
 }
 
+/// Words for the strength of the evidence, the strongest first.
+pub const STRENGTHS: [&str; 3] = ["very strong", "strong", "weak"];
+
 /// Strength of the evidence by ΔBIC.
 pub fn strength(e: &Explanation, delta_bic: f64) -> &'static str {
+    let [very_strong, strong, weak] = STRENGTHS;
     match delta_bic {
-        d if d < -VERY_STRONG_BIC => "very strong",
-        d if d < -e.criteria.evidence.min_bic_difference => "strong",
-        _ => "weak",
+        d if d < -VERY_STRONG_BIC => very_strong,
+        d if d < -e.criteria.evidence.min_bic_difference => strong,
+        _ => weak,
     }
 }
 

@@ -1,5 +1,6 @@
 //! Explanations of the logs of a folder: a table for the terminal, a JSON list.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -20,7 +21,7 @@ pub fn folder_verdict(entry: &FolderEntry) -> &'static str {
 }
 
 /// The answer about a log for which there is no explanation.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ErrorJson {
     log: String,
     verdict: &'static str,

@@ -7,7 +7,7 @@ use super::{sentences, words};
 use crate::comparison;
 use crate::coordinates::{CoordinateAxis, coordinates};
 use crate::html::{Cell, Class, Markup, Page, Table};
-use crate::residual_plots::{self, Line};
+use crate::residual_plots::{self, PlotLine};
 use crate::{column, fitted_quantity, log_entries, log_warnings, misfits, numbers, unit};
 use identification::identify::explain::{Explanation, Stage, Verdict};
 use identification::identify::residual::harmonics::Spectrum;
@@ -202,7 +202,7 @@ fn channel(data: &PreparedLog, pair: &Pair, labels: &Labels, along: &[Coordinate
             )),
     );
     let Some(whole) = residual_plots::whole_log(data) else { return };
-    let models = [Line { fit: before, class: "before" }, Line { fit: after, class: "after" }];
+    let models = [PlotLine { fit: before, class: "before" }, PlotLine { fit: after, class: "after" }];
     let measured = Markup::swatch("measured", "measured").then(" ").then(labels.both());
     let worst = residual_plots::worst_interval(data, before);
     if let Some(plot) = residual_plots::traces(data, pair.compared, &models, worst.unwrap_or(whole), false) {

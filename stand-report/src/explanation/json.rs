@@ -1,19 +1,22 @@
 //! The answer of `stand explain --json`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
 use super::evidence::{Outcome, has_p_value, reason, strength};
+use super::sentences::{NotVisibleKind, PurposeKind, RefusalKind, ShapeKind, not_visible_kind, purpose_kind, refusal_kind, shape_kind};
 use super::{sentences, words};
 use crate::bad_log::BadLogJson;
 use crate::json::{Entries, value};
 use crate::misfits::{MisfitJson, p_value};
+use crate::schema;
 use crate::{column, log_warnings};
 use identification::identify::explain::{Candidate, ChannelError, DetectionLimit, Estimate, Explanation, Shape, Stage};
 use identification::log::plausible::Defect;
 use identification::log::{Axis, Log};
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ExplanationJson<'a> {
     verdict: &'static str,
     missing: &'a [String],
@@ -47,7 +50,7 @@ struct ExplanationJson<'a> {
     seconds: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct StageJson<'a> {
     effects: &'a [String],
     added: Option<&'a str>,
@@ -58,7 +61,7 @@ struct StageJson<'a> {
     share: Option<f64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct CandidateJson<'a> {
     effect: &'a str,
     parameters: Entries<EstimateJson>,
@@ -71,19 +74,27 @@ struct CandidateJson<'a> {
     fate: &'static str,
     refused: Option<String>,
     /// Why it was refused or is not visible: kind and numbers.
-    reason: Option<Value>,
+    reason: Option<ReasonKind>,
     /// Of the evidence: `very strong`, `strong`, `weak`.
     strength: Option<&'static str>,
 }
 
-#[derive(Serialize)]
+/// Why an effect was refused or is not visible.
+#[derive(Serialize, JsonSchema)]
+#[serde(untagged)]
+enum ReasonKind {
+    Refused(RefusalKind),
+    NotVisible(NotVisibleKind),
+}
+
+#[derive(Serialize, JsonSchema)]
 struct EstimateJson {
     value: f64,
     sigma: f64,
     unit: &'static str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct DetectionLimitJson {
     effect: &'static str,
     parameter: String,
@@ -93,7 +104,7 @@ struct DetectionLimitJson {
     at: Entries<f64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ShapeJson<'a> {
     acts_on: &'static str,
     coordinate: &'static str,
@@ -101,34 +112,34 @@ struct ShapeJson<'a> {
     bins: Vec<BinJson>,
     expression: Option<&'a str>,
     delta_bic: f64,
-    form: Value,
+    form: ShapeKind,
     says: String,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct BinJson {
     at: f64,
     mean: f64,
     confidence: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct NextJson {
     says: Option<String>,
-    purpose: Value,
+    purpose: PurposeKind,
     command: String,
     /// Expected ΔBIC of each run, the best first.
     expected: Vec<ExpectedJson>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ExpectedJson {
     command: String,
     delta_bic: f64,
 }
 
 /// The answer about an implausible log: that of a comparison, and the keys of an explanation, empty.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ExplainBadLogJson {
     #[serde(flatten)]
     bad_log: BadLogJson,
@@ -161,7 +172,7 @@ pub fn explain_json(e: &Explanation) -> Value {
         unexplained: e.unexplained.iter().map(|s| shape(axis, s)).collect(),
         next_experiment: e.next.as_ref().map(|n| NextJson {
             says: sentences::next_experiment(e),
-            purpose: sentences::purpose_json(&n.purpose),
+            purpose: purpose_kind(&n.purpose),
             command: sentences::command(&n.run),
             expected: n
                 .expected
@@ -219,8 +230,8 @@ fn candidate<'a>(e: &Explanation, c: &'a Candidate) -> CandidateJson<'a> {
         fate: outcome.name(),
         refused: reason(e.model.axis(), c, outcome),
         reason: match outcome {
-            Outcome::Refused => c.refused.as_ref().map(|r| sentences::refusal_json(e.model.axis(), r)),
-            Outcome::NotVisible => c.not_visible.as_ref().map(sentences::not_visible_json),
+            Outcome::Refused => c.refused.as_ref().map(|r| ReasonKind::Refused(refusal_kind(e.model.axis(), r))),
+            Outcome::NotVisible => c.not_visible.as_ref().map(|reason| ReasonKind::NotVisible(not_visible_kind(reason))),
             _ => None,
         },
         strength: c.delta_bic.map(|delta_bic| strength(e, delta_bic)),
@@ -256,7 +267,12 @@ fn shape(axis: Axis, s: &Shape) -> ShapeJson<'_> {
         bins: s.bins.iter().map(|b| BinJson { at: b.at, mean: b.mean, confidence: b.confidence }).collect(),
         expression: s.expression.as_deref(),
         delta_bic: s.delta_bic,
-        form: sentences::shape_json(axis, s),
+        form: shape_kind(axis, s),
         says: sentences::shape(axis, s),
     }
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("explain", schema::of::<ExplanationJson<'_>>()), ("explain, not a plausible record", schema::of::<ExplainBadLogJson>())]
 }

@@ -13,8 +13,9 @@ pub mod sentences;
 mod text;
 pub mod words;
 
-pub use evidence::Outcome;
+pub use evidence::{Outcome, STRENGTHS};
 pub use folder::{folder_json, folder_text, folder_verdict};
 pub use html::explain_html;
+pub(crate) use json::schemas;
 pub use json::{explain_bad_log_json, explain_json};
 pub use text::explain_text;

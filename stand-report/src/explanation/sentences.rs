@@ -2,7 +2,8 @@
 
 use drive_model::{Card, Coordinate, Requirement, StandRun};
 use hal_sim::plant::Stand;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::names::{card, first_lower};
 use crate::coordinates::AxisLabel;
@@ -42,64 +43,216 @@ pub fn refusal(axis: Axis, reason: &Refusal) -> String {
 }
 
 /// Why an effect was refused, for programs.
-pub fn refusal_json(axis: Axis, reason: &Refusal) -> Value {
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum RefusalKind {
+    /// A parameter is zero, which makes the effect another one.
+    ReducesTo {
+        /// The parameter.
+        parameter: String,
+        /// The effect.
+        effect: String,
+    },
+    /// A number of periods is whole, which makes the effect another one.
+    WholeOrder {
+        /// The parameter.
+        parameter: String,
+        /// Its value.
+        value: f64,
+        /// The effect.
+        effect: String,
+    },
+    /// A parameter would be negative.
+    NegativeParameter {
+        /// The parameter.
+        parameter: String,
+    },
+    /// The amplitude would be negative.
+    NegativeAmplitude,
+    /// A parameter leaves its range.
+    OutsideRange {
+        /// The parameter.
+        parameter: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A parameter of the model leaves its range.
+    ModelOutsideRange {
+        /// The parameter.
+        parameter: String,
+        /// Its value.
+        value: f64,
+    },
+    /// The residuals are not smaller.
+    NoGain,
+    /// The error on the held-out rows grows.
+    HeldOutErrorGrows,
+    /// The held-out rows do not confirm the gain.
+    NotConfirmed,
+    /// Only noise is left without it.
+    OnlyNoiseLeft,
+    /// A jump by less than a count.
+    LessThanACount {
+        /// The parameter.
+        parameter: String,
+        /// Its value.
+        value: f64,
+        /// A count of the encoder, rad.
+        count_rad: f64,
+    },
+    /// The course of the voltage within the rows may be the cause.
+    CourseOpen,
+    /// The error of a channel grows.
+    ChannelErrorGrows {
+        /// The channel.
+        channel: &'static str,
+    },
+    /// It removes hardly anything.
+    InsignificantPart,
+    /// One log gets worse.
+    LogGetsWorse {
+        /// Number of the log, from 1.
+        log: usize,
+    },
+    /// The model's own parameters imitate it.
+    NotIdentifiable,
+}
+
+/// Why an effect was refused, for programs.
+pub fn refusal_kind(axis: Axis, reason: &Refusal) -> RefusalKind {
     match reason {
-        Refusal::ReducesTo { parameter, effect } => json!({"kind": "reduces-to", "parameter": parameter, "effect": effect}),
+        Refusal::ReducesTo { parameter, effect } => RefusalKind::ReducesTo { parameter: parameter.clone(), effect: (*effect).to_owned() },
         Refusal::WholeOrder { parameter, value, effect } => {
-            json!({"kind": "whole-order", "parameter": parameter, "value": value, "effect": effect})
+            RefusalKind::WholeOrder { parameter: parameter.clone(), value: *value, effect: (*effect).to_owned() }
         }
-        Refusal::NegativeAmplitude { parameter: Some(parameter) } => json!({"kind": "negative-parameter", "parameter": parameter}),
-        Refusal::NegativeAmplitude { parameter: None } => json!({"kind": "negative-amplitude"}),
+        Refusal::NegativeAmplitude { parameter: Some(parameter) } => RefusalKind::NegativeParameter { parameter: parameter.clone() },
+        Refusal::NegativeAmplitude { parameter: None } => RefusalKind::NegativeAmplitude,
         Refusal::OutsideRange { parameter, own: true, value, .. } => {
-            json!({"kind": "outside-range", "parameter": parameter, "value": value})
+            RefusalKind::OutsideRange { parameter: parameter.clone(), value: *value }
         }
-        Refusal::OutsideRange { parameter, value, .. } => json!({"kind": "model-outside-range", "parameter": parameter, "value": value}),
-        Refusal::NoGain => json!({"kind": "no-gain"}),
-        Refusal::HeldOutErrorGrows { .. } => json!({"kind": "held-out-error-grows"}),
-        Refusal::NotConfirmed { .. } => json!({"kind": "not-confirmed"}),
-        Refusal::OnlyNoiseLeft { .. } => json!({"kind": "only-noise-left"}),
+        Refusal::OutsideRange { parameter, value, .. } => RefusalKind::ModelOutsideRange { parameter: parameter.clone(), value: *value },
+        Refusal::NoGain => RefusalKind::NoGain,
+        Refusal::HeldOutErrorGrows { .. } => RefusalKind::HeldOutErrorGrows,
+        Refusal::NotConfirmed { .. } => RefusalKind::NotConfirmed,
+        Refusal::OnlyNoiseLeft { .. } => RefusalKind::OnlyNoiseLeft,
         Refusal::LessThanACount { parameter, jump_rad, count_rad } => {
-            json!({"kind": "less-than-a-count", "parameter": parameter, "value": jump_rad, "count_rad": count_rad})
+            RefusalKind::LessThanACount { parameter: parameter.clone(), value: *jump_rad, count_rad: *count_rad }
         }
-        Refusal::CourseOpen { .. } => json!({"kind": "course-open"}),
-        Refusal::ChannelErrorGrows { channel, .. } => json!({"kind": "channel-error-grows", "channel": column(axis, *channel)}),
-        Refusal::InsignificantPart { .. } => json!({"kind": "insignificant-part"}),
-        Refusal::LogGetsWorse { log, .. } => json!({"kind": "log-gets-worse", "log": log + 1}),
-        Refusal::NotIdentifiable { .. } => json!({"kind": "not-identifiable"}),
+        Refusal::CourseOpen { .. } => RefusalKind::CourseOpen,
+        Refusal::ChannelErrorGrows { channel, .. } => RefusalKind::ChannelErrorGrows { channel: column(axis, *channel) },
+        Refusal::InsignificantPart { .. } => RefusalKind::InsignificantPart,
+        Refusal::LogGetsWorse { log, .. } => RefusalKind::LogGetsWorse { log: log + 1 },
+        Refusal::NotIdentifiable { .. } => RefusalKind::NotIdentifiable,
     }
 }
 
 /// Why the log, or the model, cannot show an effect, for programs.
-pub fn not_visible_json(reason: &NotVisible) -> Value {
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum NotVisibleKind {
+    /// The model lacks the effect on which it rests.
+    RestsOn {
+        /// The effect.
+        effect: String,
+    },
+    /// The temperature changes too little.
+    TemperatureSpan {
+        /// Span of the log, K.
+        span_K: f64,
+        /// Span that is needed, K.
+        min_K: f64,
+    },
+    /// Too few turns.
+    Turns {
+        /// Turns of the log.
+        turns: f64,
+        /// Turns that are needed.
+        min: f64,
+    },
+    /// Too few turns to distinguish it from a rival.
+    TurnsForRival {
+        /// Turns of the log.
+        turns: f64,
+        /// Turns that are needed.
+        min: f64,
+        /// The rival.
+        rival: String,
+    },
+    /// An effect of the model includes it.
+    IncludedIn {
+        /// The effect.
+        effect: String,
+    },
+    /// An effect of the model takes its place.
+    AlternativeTo {
+        /// The effect.
+        effect: String,
+    },
+    /// The voltage is not a command.
+    CommandedVoltage,
+    /// Needs voltage.
+    NeedsVoltage,
+    /// Needs motor constant.
+    NeedsMotorConstant,
+    /// Needs angle.
+    NeedsAngle,
+    /// Needs angle reading.
+    NeedsAngleReading,
+    /// Needs compared angle.
+    NeedsComparedAngle,
+    /// Needs rate.
+    NeedsRate,
+    /// Needs rate or sensor angle.
+    NeedsRateOrSensorAngle,
+    /// Needs current.
+    NeedsCurrent,
+    /// Needs temperature.
+    NeedsTemperature,
+    /// Needs temperature change.
+    NeedsTemperatureChange,
+    /// Needs turns.
+    NeedsTurns,
+    /// Needs simulated current.
+    NeedsSimulatedCurrent,
+    /// Needs simulated motion.
+    NeedsSimulatedMotion,
+    /// Needs no other shaft.
+    NeedsNoOtherShaft,
+}
+
+/// Why the log, or the model, cannot show an effect, for programs.
+pub fn not_visible_kind(reason: &NotVisible) -> NotVisibleKind {
     match reason {
-        NotVisible::Unmet(requirement) => unmet_json(*requirement),
-        NotVisible::RestsOn(effect) => json!({"kind": "rests-on", "effect": effect}),
-        NotVisible::TemperatureSpan { span_K, min_K } => json!({"kind": "temperature-span", "span_K": span_K, "min_K": min_K}),
-        NotVisible::Turns { turns, min, rival: None } => json!({"kind": "turns", "turns": turns, "min": min}),
-        NotVisible::Turns { turns, min, rival } => json!({"kind": "turns-for-rival", "turns": turns, "min": min, "rival": rival}),
-        NotVisible::IncludedIn(effect) => json!({"kind": "included-in", "effect": effect}),
-        NotVisible::AlternativeTo(effect) => json!({"kind": "alternative-to", "effect": effect}),
+        NotVisible::Unmet(requirement) => unmet_kind(*requirement),
+        NotVisible::RestsOn(effect) => NotVisibleKind::RestsOn { effect: (*effect).to_owned() },
+        NotVisible::TemperatureSpan { span_K, min_K } => NotVisibleKind::TemperatureSpan { span_K: *span_K, min_K: *min_K },
+        NotVisible::Turns { turns, min, rival: None } => NotVisibleKind::Turns { turns: *turns, min: *min },
+        NotVisible::Turns { turns, min, rival: Some(rival) } => {
+            NotVisibleKind::TurnsForRival { turns: *turns, min: *min, rival: (*rival).to_owned() }
+        }
+        NotVisible::IncludedIn(effect) => NotVisibleKind::IncludedIn { effect: (*effect).to_owned() },
+        NotVisible::AlternativeTo(effect) => NotVisibleKind::AlternativeTo { effect: (*effect).to_owned() },
     }
 }
 
 /// A condition that is not met, for programs.
-fn unmet_json(requirement: Requirement) -> Value {
+fn unmet_kind(requirement: Requirement) -> NotVisibleKind {
     match requirement {
-        Requirement::CommandedVoltage => json!({"kind": "commanded-voltage"}),
-        Requirement::Voltage => json!({"kind": "needs-voltage"}),
-        Requirement::MotorConstant => json!({"kind": "needs-motor-constant"}),
-        Requirement::Angle => json!({"kind": "needs-angle"}),
-        Requirement::AngleReading => json!({"kind": "needs-angle-reading"}),
-        Requirement::ComparedAngle => json!({"kind": "needs-compared-angle"}),
-        Requirement::ComparedRate => json!({"kind": "needs-rate"}),
-        Requirement::RateOrSensorAngle => json!({"kind": "needs-rate-or-sensor-angle"}),
-        Requirement::ComparedCurrent => json!({"kind": "needs-current"}),
-        Requirement::MeasuredTemperature => json!({"kind": "needs-temperature"}),
-        Requirement::TemperatureChange => json!({"kind": "needs-temperature-change"}),
-        Requirement::Turns { .. } => json!({"kind": "needs-turns"}),
-        Requirement::SimulatedCurrent => json!({"kind": "needs-simulated-current"}),
-        Requirement::SimulatedMotion => json!({"kind": "needs-simulated-motion"}),
-        Requirement::NoOtherShaft => json!({"kind": "needs-no-other-shaft"}),
+        Requirement::CommandedVoltage => NotVisibleKind::CommandedVoltage,
+        Requirement::Voltage => NotVisibleKind::NeedsVoltage,
+        Requirement::MotorConstant => NotVisibleKind::NeedsMotorConstant,
+        Requirement::Angle => NotVisibleKind::NeedsAngle,
+        Requirement::AngleReading => NotVisibleKind::NeedsAngleReading,
+        Requirement::ComparedAngle => NotVisibleKind::NeedsComparedAngle,
+        Requirement::ComparedRate => NotVisibleKind::NeedsRate,
+        Requirement::RateOrSensorAngle => NotVisibleKind::NeedsRateOrSensorAngle,
+        Requirement::ComparedCurrent => NotVisibleKind::NeedsCurrent,
+        Requirement::MeasuredTemperature => NotVisibleKind::NeedsTemperature,
+        Requirement::TemperatureChange => NotVisibleKind::NeedsTemperatureChange,
+        Requirement::Turns { .. } => NotVisibleKind::NeedsTurns,
+        Requirement::SimulatedCurrent => NotVisibleKind::NeedsSimulatedCurrent,
+        Requirement::SimulatedMotion => NotVisibleKind::NeedsSimulatedMotion,
+        Requirement::NoOtherShaft => NotVisibleKind::NeedsNoOtherShaft,
     }
 }
 
@@ -263,25 +416,71 @@ pub fn shape(axis: Axis, shape: &Shape) -> String {
     }
 }
 
+/// Form of a structure that no effect of the catalogue has, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum ShapeKind {
+    /// A voltage, piecewise linear.
+    Voltage {
+        /// Largest magnitude.
+        largest: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// A friction, piecewise linear.
+    Friction {
+        /// Largest magnitude.
+        largest: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// An error of a reading, piecewise linear.
+    Reading {
+        /// The channel.
+        channel: &'static str,
+        /// Largest magnitude.
+        largest: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// A torque, piecewise linear.
+    Torque {
+        /// Largest magnitude.
+        largest: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// A voltage at one frequency.
+    VoltageOscillation {
+        /// Hz.
+        frequency_Hz: f64,
+        /// Amplitude.
+        amplitude: f64,
+    },
+    /// A torque at one frequency.
+    Oscillation {
+        /// Hz.
+        frequency_Hz: f64,
+        /// Amplitude.
+        amplitude: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+}
+
 /// The form of a shape, for programs.
-pub fn shape_json(axis: Axis, shape: &Shape) -> Value {
+pub fn shape_kind(axis: Axis, shape: &Shape) -> ShapeKind {
     let unit = acts_on(axis, shape.acts_on).1;
     let is_voltage = shape.acts_on == SummingPoint::Voltage;
     match shape.form {
-        ShapeForm::PiecewiseLinear { largest } if is_voltage => json!({"kind": "voltage", "largest": largest, "unit": unit}),
-        ShapeForm::PiecewiseLinear { largest } if shape.acts_on == SummingPoint::Dry => {
-            json!({"kind": "friction", "largest": largest, "unit": unit})
-        }
+        ShapeForm::PiecewiseLinear { largest } if is_voltage => ShapeKind::Voltage { largest, unit },
+        ShapeForm::PiecewiseLinear { largest } if shape.acts_on == SummingPoint::Dry => ShapeKind::Friction { largest, unit },
         ShapeForm::PiecewiseLinear { largest } if matches!(shape.acts_on, SummingPoint::Rate | SummingPoint::Angle) => {
-            json!({"kind": "reading", "channel": shape.acts_on.key(), "largest": largest, "unit": unit})
+            ShapeKind::Reading { channel: shape.acts_on.key(), largest, unit }
         }
-        ShapeForm::PiecewiseLinear { largest } => json!({"kind": "torque", "largest": largest, "unit": unit}),
-        ShapeForm::Oscillation { frequency_Hz, amplitude } if is_voltage => {
-            json!({"kind": "voltage-oscillation", "frequency_Hz": frequency_Hz, "amplitude": amplitude})
-        }
-        ShapeForm::Oscillation { frequency_Hz, amplitude } => {
-            json!({"kind": "oscillation", "frequency_Hz": frequency_Hz, "amplitude": amplitude, "unit": unit})
-        }
+        ShapeForm::PiecewiseLinear { largest } => ShapeKind::Torque { largest, unit },
+        ShapeForm::Oscillation { frequency_Hz, amplitude } if is_voltage => ShapeKind::VoltageOscillation { frequency_Hz, amplitude },
+        ShapeForm::Oscillation { frequency_Hz, amplitude } => ShapeKind::Oscillation { frequency_Hz, amplitude, unit },
     }
 }
 
@@ -389,25 +588,73 @@ fn purpose(purpose: &Purpose) -> String {
     }
 }
 
+/// What the next experiment is for, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum PurposeKind {
+    /// A change of the stand separates two effects.
+    ChangeOfStand {
+        /// The effect.
+        effect: String,
+        /// The rival.
+        rival: String,
+        /// Sentences of the catalogue.
+        catalogue: Vec<&'static str>,
+    },
+    /// Another run separates two effects.
+    OtherRun {
+        /// The effect.
+        effect: String,
+        /// The rival.
+        rival: String,
+        /// Sentences of the catalogue.
+        catalogue: Vec<&'static str>,
+    },
+    /// Two effects are to be distinguished.
+    Distinguish {
+        /// The effect.
+        effect: String,
+        /// The rival.
+        rival: String,
+        /// Sentences of the catalogue.
+        catalogue: Vec<&'static str>,
+    },
+    /// Both directions of motion.
+    BothDirections,
+    /// An effect is to be determined.
+    Determine {
+        /// The effect.
+        effect: String,
+        /// Sentences of the catalogue.
+        catalogue: Vec<&'static str>,
+    },
+    /// The same again.
+    Repeat,
+    /// Slow turns.
+    SlowTurns,
+}
+
 /// What the next experiment is for, for programs. `difference`, `change` and `experiment` are sentences of the catalogue.
-pub fn purpose_json(purpose: &Purpose) -> Value {
+pub fn purpose_kind(purpose: &Purpose) -> PurposeKind {
     let experiment = |name: &str| card(name).map_or("", |c| c.description.experiment);
     match purpose {
         Purpose::Distinguish { effect, rival, repeated: Some(Repeated::ChangeOfStand(change)), .. } => {
-            json!({"kind": "change-of-stand", "effect": effect, "rival": rival, "catalogue": [change]})
+            PurposeKind::ChangeOfStand { effect: effect.clone(), rival: rival.clone(), catalogue: vec![change] }
         }
         Purpose::Distinguish { effect, rival, difference, repeated: Some(Repeated::OtherRun) } => {
-            json!({"kind": "other-run", "effect": effect, "rival": rival, "catalogue": difference.as_slice()})
+            PurposeKind::OtherRun { effect: effect.clone(), rival: rival.clone(), catalogue: difference.iter().copied().collect() }
         }
         Purpose::Distinguish { effect, rival, difference: Some(difference), repeated: None } => {
-            json!({"kind": "distinguish", "effect": effect, "rival": rival, "catalogue": [difference]})
+            PurposeKind::Distinguish { effect: effect.clone(), rival: rival.clone(), catalogue: vec![difference] }
         }
-        Purpose::Distinguish { effect, rival, difference: None, repeated: None } => {
-            json!({"kind": "distinguish", "effect": effect, "rival": rival, "catalogue": [experiment(effect), experiment(rival)]})
-        }
-        Purpose::BothDirections => json!({"kind": "both-directions"}),
-        Purpose::Determine { effect } => json!({"kind": "determine", "effect": effect, "catalogue": [experiment(effect)]}),
-        Purpose::Repeat => json!({"kind": "repeat"}),
-        Purpose::SlowTurns => json!({"kind": "slow-turns"}),
+        Purpose::Distinguish { effect, rival, difference: None, repeated: None } => PurposeKind::Distinguish {
+            effect: effect.clone(),
+            rival: rival.clone(),
+            catalogue: vec![experiment(effect), experiment(rival)],
+        },
+        Purpose::BothDirections => PurposeKind::BothDirections,
+        Purpose::Determine { effect } => PurposeKind::Determine { effect: (*effect).to_owned(), catalogue: vec![experiment(effect)] },
+        Purpose::Repeat => PurposeKind::Repeat,
+        Purpose::SlowTurns => PurposeKind::SlowTurns,
     }
 }

@@ -1,15 +1,17 @@
 //! A fleet for programs.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
 use super::words::limits;
 use crate::json::{Entries, value};
+use crate::schema;
 use stand_analysis::fleet::change::{FindingChange, Observation, ParameterChange};
 use stand_analysis::fleet::evaluation::FleetEvaluation;
 use stand_analysis::fleet::run::FleetRun;
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct RunJson<'a> {
     table: &'a str,
     logs: usize,
@@ -35,7 +37,7 @@ pub fn run_json(table: &str, run: &FleetRun) -> Value {
     })
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct EvaluationJson {
     logs: usize,
     stands: usize,
@@ -53,13 +55,13 @@ struct EvaluationJson {
     limits: Vec<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct MeanJson {
     value: f64,
     standard_uncertainty: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ParameterChangeJson {
     stand: String,
     parameter: String,
@@ -74,7 +76,7 @@ struct ParameterChangeJson {
     significant: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct FindingChangeJson {
     stand: String,
     finding: String,
@@ -86,7 +88,7 @@ struct FindingChangeJson {
     significant: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct BatchEffectJson {
     batch: String,
     effect: String,
@@ -98,7 +100,7 @@ struct BatchEffectJson {
     significant: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct SpreadJson {
     parameter: String,
     unit: String,
@@ -108,7 +110,7 @@ struct SpreadJson {
     stands: Vec<StandJson>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct StandJson {
     stand: String,
     mean: MeanJson,
@@ -117,7 +119,7 @@ struct StandJson {
     significant: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct FailedJson {
     path: String,
     verdict: String,
@@ -197,4 +199,9 @@ pub fn json(e: &FleetEvaluation) -> Value {
             .collect(),
         limits: limits(e),
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("explain --table", schema::of::<RunJson<'_>>()), ("fleet report", schema::of::<EvaluationJson>())]
 }

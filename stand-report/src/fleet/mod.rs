@@ -10,6 +10,7 @@ mod text;
 mod words;
 
 pub use html::html;
+pub(crate) use json::schemas;
 pub use json::{json, run_json};
 pub use row::{RowRequest, row};
 pub use text::{run_text, text};

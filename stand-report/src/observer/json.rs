@@ -1,11 +1,13 @@
 //! Observer results as JSON. A number that is not finite is `null`.
 
 use nalgebra::Complex;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
 use super::words::{vibration_source, warning};
 use crate::json::value;
+use crate::schema;
 use crate::uncertainty::EstimateJson;
 use stand_analysis::observer::bode::{MAX_GAIN_ERROR_DB, MAX_PHASE_ERROR_DEG};
 use stand_analysis::observer::bode::{evaluate, object_response};
@@ -18,7 +20,7 @@ const CURVE_POINTS_PER_DECADE: usize = 50;
 /// Rows of a simulation in the answer, about; the plot of the page has all rows.
 const TRACE_ROWS: usize = 100;
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct DesignJson<'a> {
     model: &'a str,
     states: &'static [&'static str],
@@ -31,13 +33,13 @@ struct DesignJson<'a> {
     warnings: Vec<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct PoleJson {
     re: f64,
     im: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct IntegralJson {
     row: usize,
     gain: f64,
@@ -45,7 +47,7 @@ struct IntegralJson {
     stable_below: Option<f64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct DiscreteJson<'a> {
     step_s: f64,
     gains: &'a [f64],
@@ -54,7 +56,7 @@ struct DiscreteJson<'a> {
     last_state: Option<&'static str>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ObservabilityJson {
     rank: usize,
     condition: f64,
@@ -94,7 +96,7 @@ fn warnings(list: &[Warning]) -> Vec<String> {
     list.iter().map(warning).collect()
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct SideBySideJson<'a> {
     model: &'a str,
     angle_rad: f64,
@@ -107,20 +109,20 @@ struct SideBySideJson<'a> {
     with_integral: RunJson<'a>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct HarmonicJson {
     amplitude_N_m: f64,
     frequency_Hz: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct RandomJson {
     sigma_N_m: f64,
     correlation_s: f64,
     seed: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct RunJson<'a> {
     kind: &'static str,
     settled_s: Option<f64>,
@@ -143,7 +145,7 @@ struct RunJson<'a> {
     moment_only: TraceJson,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct TraceJson {
     t_s: Vec<f64>,
     angle_error_rad: Vec<f64>,
@@ -205,7 +207,7 @@ fn trace(trace: &Trace) -> TraceJson {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct BodeAnswerJson<'a> {
     model: &'a str,
     fastest_mode_rad_s: f64,
@@ -215,7 +217,7 @@ struct BodeAnswerJson<'a> {
     observers: Vec<BodeJson<'a>>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct LimitsJson {
     #[serde(rename = "dB")]
     gain_dB: f64,
@@ -223,7 +225,7 @@ struct LimitsJson {
     phase_deg: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct BodeJson<'a> {
     omega_rad_s: f64,
     gains: &'a [f64],
@@ -237,7 +239,7 @@ struct BodeJson<'a> {
 }
 
 /// Response of the estimated rate over frequency, relative to the true rate.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct CurveJson {
     rad_s: Vec<f64>,
     #[serde(rename = "gain_dB")]
@@ -245,7 +247,7 @@ struct CurveJson {
     phase_deg: Vec<f64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ResponseJson {
     gain_dB: f64,
     phase_deg: f64,
@@ -297,7 +299,7 @@ fn curve(of: impl Fn(f64) -> Complex<f64>) -> CurveJson {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct VibrationJson {
     vibration_Hz: f64,
     periods: f64,
@@ -311,7 +313,7 @@ struct VibrationJson {
     warnings: Vec<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct CorrectionJson {
     rate_rad: f64,
     with_inertia_rad: f64,
@@ -321,14 +323,14 @@ struct CorrectionJson {
     removed_with_inertia_percent: Option<f64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct BudgetJson {
     #[serde(flatten)]
     estimate: EstimateJson,
     budget: Vec<BudgetLineJson>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct BudgetLineJson {
     of: &'static str,
     u: f64,
@@ -365,4 +367,14 @@ pub fn vibration_json(found: &Compensated, list: &[Warning]) -> Value {
         precession_s: found.precession_s,
         warnings: warnings(list),
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![
+        ("observer design", schema::of::<DesignJson<'_>>()),
+        ("observer simulate", schema::of::<SideBySideJson<'_>>()),
+        ("observer bode", schema::of::<BodeAnswerJson<'_>>()),
+        ("vibration compensate", schema::of::<VibrationJson>()),
+    ]
 }

@@ -1,9 +1,11 @@
 //! An observer on a recorded log, as text and JSON.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::json::value;
+use crate::schema;
 use crate::uncertainty::{EstimateJson, coverage, with_expanded};
 use crate::units::Scale;
 use crate::{plain, significant};
@@ -45,7 +47,7 @@ fn beside(signal: &TrackedSignal) -> String {
     signal.against_truth.map_or(String::new(), |(mean, rms)| format!("; truth {}, rms error {}", significant(mean, 5), significant(rms, 3)))
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct SignalJson {
     name: &'static str,
     mean: f64,
@@ -64,7 +66,7 @@ impl SignalJson {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct TrackJson<'a> {
     log: &'a str,
     kind: &'static str,
@@ -90,4 +92,9 @@ pub fn track_json(log: &str, design: &Design, tracked: &Tracked) -> Value {
         innovation_rms_rad: tracked.innovation_rms_rad,
         ignores_torquer: tracked.ignores_torquer,
     })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("observer track", schema::of::<TrackJson<'_>>())]
 }

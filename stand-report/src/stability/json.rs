@@ -1,21 +1,23 @@
 //! Answer of `stand stability --json`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
 use super::words::{STANDARD, scales, width};
 use crate::json::value;
+use crate::schema;
 use crate::uncertainty::{EstimateJson, QuantityJson};
 use crate::units::Units;
 use stand_analysis::stability::{PlateauStability, Verdict, Width, WidthResult};
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct AnswerJson<'a> {
     log: &'a str,
     plateaus: Vec<PlateauJson>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct PlateauJson {
     start_s: f64,
     duration_s: f64,
@@ -26,7 +28,7 @@ struct PlateauJson {
     quantities: Vec<QuantityJson>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct WidthJson {
     /// `null` for whole turns from index to index.
     width_deg: Option<f64>,
@@ -69,4 +71,9 @@ pub fn json(log: &str, plateaus: &[PlateauStability], units: Units) -> Value {
             .collect(),
     };
     value(&AnswerJson { log, plateaus: plateaus.iter().map(plateau_json).collect() })
+}
+
+/// Schemas of the answers.
+pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
+    vec![("stability", schema::of::<AnswerJson<'_>>())]
 }

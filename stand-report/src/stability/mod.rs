@@ -7,4 +7,5 @@ mod words;
 
 pub use html::html;
 pub use json::json;
+pub(crate) use json::schemas;
 pub use text::text;

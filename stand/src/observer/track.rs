@@ -49,7 +49,7 @@ impl Track {
             Format::of(out)?;
         }
         if let Some(torquer) = self.torquer.filter(|torquer| !torquer.is_finite()) {
-            return Err(CliError::Input(format!("--torquer {torquer} is not a finite number")).into());
+            return Err(CliError::Input(format!("--torquer {torquer} is not a finite number")));
         }
         self.import.apply([self.log.as_path()])?;
         let log = Log::read_also(&self.log, &COLUMNS)?;

@@ -87,7 +87,7 @@ fn names_of_the_other_axis_are_refused() {
     assert!(refused.status == Some(2) && refused.err.contains("mass_kg"), "{}", refused.err);
     stand(path, &["model", "new", "linear.toml", "--axis", "linear", "--force"]).succeeded();
     let refused = stand(path, &["compare", "log.csv", "--model", "linear.toml"]);
-    assert!(refused.status == Some(2) && refused.err.contains("axis=linear"), "{}", refused.err);
+    assert!(refused.status == Some(2) && refused.err.contains("state the note axis: linear (--note)"), "{}", refused.err);
     let refused = stand(path, &["model", "new", "other.toml", "--axis", "linear", "--input", "torque_N_m"]);
     assert!(refused.status == Some(2) && refused.err.contains("force_N"), "{}", refused.err);
 }

@@ -206,7 +206,7 @@ fn invalid_column_is_an_input_error() {
     refused(&with_file(rows, &["t_s"]), &["t_s is the time"]);
     refused(&with_file(rows, &["u_V"]), &["column u_V is 1 in every row"]);
     refused(&with_file(rows, &["gyro_rad_s", "--from", "2.5"]), &["1 rows from 2.5 s", "too few"]);
-    refused(&with_file(rows, &["gyro_rad_s", "--from", "nan"]), &["--from NaN"]);
+    refused(&with_file(rows, &["gyro_rad_s", "--from", "nan"]), &["time range NaN s to inf s", "(--from, --to)"]);
     refused(&with_file("gyro_rad_s\n1\n2\n", &["gyro_rad_s"]), &["no column t_s"]);
     refused(&with_file("t_s,gyro_rad_s\n", &["gyro_rad_s"]), &["no rows"]);
     refused(&with_file("t_s,gyro_rad_s\n0,1\n1,NaN\n2,3\n", &["gyro_rad_s"]), &["row 2", "column gyro_rad_s", "NaN"]);

@@ -209,7 +209,7 @@ fn recorded_log_gives_states_and_learnt_moment_beside_the_truth() {
     assert!(hat.contains("hat_alpha_rad,alpha_rad") && hat.contains("hat_moment_N_m,moment_N_m"));
     // Refused, with the log and the reason.
     for (words, message) in [
-        (&["--torquer", "0.05"][..], "log.csv: --torquer needs the column torquer_A"),
+        (&["--torquer", "0.05"][..], "log.csv: the moment of the torquer needs the column torquer_A (--torquer)"),
         (&["--angle-gain", "0"], "angle gain 0 V/rad"),
         (&["--model", "none.toml"], "none.toml"),
     ] {

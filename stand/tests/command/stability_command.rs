@@ -40,8 +40,8 @@ fn logs_without_angle_or_rate_are_refused() {
     for (log, more, expected) in [
         ("a.csv", &[][..], "no column `theta_rad`"),
         ("b.csv", &[], "no stretch of constant rate"),
-        ("b.csv", &["--settle", "-1"], "--settle -1"),
-        ("b.csv", &["--limit", "0"], "--limit"),
+        ("b.csv", &["--settle", "-1"], "settle_s = -1: must be a number from 0 (--settle)"),
+        ("b.csv", &["--limit", "0"], "(--limit)"),
     ] {
         let ran = stand(path, &[&["stability", log], more].concat());
         assert!(ran.status == Some(2) && ran.err.contains(expected) && ran.err.trim_end().lines().count() == 1, "{log} {more:?}: {ran:?}");

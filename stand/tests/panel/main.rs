@@ -7,4 +7,3 @@ mod panel;
 mod panel_laboratory;
 mod panel_measure;
 mod panel_security;
-mod panel_texts;

@@ -10,6 +10,7 @@ mod common;
 mod lab_real_stand;
 mod python_reads;
 mod reliability;
+mod schemas;
 mod serial_line;
 mod settings_command;
 mod sim_long;

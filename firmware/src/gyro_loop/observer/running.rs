@@ -79,7 +79,7 @@ pub struct ObserverInput {
     pub has_fault: bool,
 }
 
-struct State {
+struct RunningState {
     parameters: ObserverParameters,
     phase: Phase,
     stability: Option<Stability<MAX_STATES>>,
@@ -103,7 +103,7 @@ struct State {
     missed_rows: u32,
 }
 
-type Locked<'a> = MutexGuard<'a, CriticalSectionRawMutex, State>;
+type Locked<'a> = MutexGuard<'a, CriticalSectionRawMutex, RunningState>;
 
 #[inline(never)]
 fn unlock(state: Locked<'_>) {
@@ -113,13 +113,13 @@ fn unlock(state: Locked<'_>) {
 /// The observer with its settings.
 pub struct RunningObserver {
     // Locked only within the functions of this file, which neither wait nor call each other while they hold it.
-    state: Mutex<CriticalSectionRawMutex, State>,
+    state: Mutex<CriticalSectionRawMutex, RunningState>,
 }
 
 impl Default for RunningObserver {
     fn default() -> Self {
         Self {
-            state: Mutex::new(State {
+            state: Mutex::new(RunningState {
                 parameters: ObserverParameters::default(),
                 phase: Phase::Off,
                 stability: None,
@@ -148,7 +148,7 @@ impl RunningObserver {
         drop(self.state.lock().await);
     }
 
-    fn with<T>(&self, action: impl FnOnce(&mut State) -> T) -> Option<T> {
+    fn with<T>(&self, action: impl FnOnce(&mut RunningState) -> T) -> Option<T> {
         let mut state = self.lock()?;
         let result = action(&mut state);
         unlock(state);
@@ -197,12 +197,12 @@ impl RunningObserver {
     /// # Errors
     /// There are no parameters, or one is out of its range: its name.
     pub fn start(&self) -> Result<(), ConfigError> {
-        self.with(State::start).unwrap_or(Ok(()))
+        self.with(RunningState::start).unwrap_or(Ok(()))
     }
 
     /// Switches it off, feedback included.
     pub fn stop(&self) {
-        self.with(State::stop);
+        self.with(RunningState::stop);
     }
 
     /// Why the check of the poles failed, once.
@@ -266,7 +266,7 @@ impl RunningObserver {
     }
 }
 
-impl State {
+impl RunningState {
     fn stop(&mut self) {
         self.phase = Phase::Off;
         self.feedback = false;

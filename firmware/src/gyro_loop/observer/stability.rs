@@ -8,7 +8,7 @@ use crate::config::ConfigError;
 
 /// Number of squarings. A transient that grows by 2²⁰⁰ first changes the pole's logarithm by 200 · 2⁻³².
 const SQUARINGS: u8 = 32;
-/// Required distance of the poles from the unit circle, −log₂ per step: a time constant below 2.4 hours at 1 ms. The method's error is
+/// Required distance of the poles from the unit circle, −log₂ per step: a time constant below 2.5 hours at 1 ms. The method's error is
 /// smaller.
 const MIN_LOG2: f64 = 1.6e-7;
 
@@ -64,9 +64,9 @@ impl<const N: usize> Stability<N> {
             return Some(Ok(()));
         }
         if self.squarings >= SQUARINGS {
-            // NaN is not stable.
+            // An infinite entry or NaN has the exponent 1024, which makes the sum positive: not stable.
             let stable = self.log2 < -MIN_LOG2;
-            let why = "leaves a pole on or outside the unit circle: the observer would not be stable at this step";
+            let why = "leaves a pole on or outside the unit circle: the observer, or its loop, would not be stable at this step";
             return Some(if stable { Ok(()) } else { Err(ConfigError::Unfit("gain", why)) });
         }
         let Self { power, square, row, .. } = self;

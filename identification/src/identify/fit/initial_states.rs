@@ -1,7 +1,7 @@
 //! Initial states of the segments: unknowns of the fit besides the parameters.
 
 use drive_model::effects::{coulomb, presliding};
-use drive_rig::{Rig, State};
+use drive_rig::{DriveState, Rig};
 
 use super::parameters::{DerivativeScalar, Parameters};
 use super::system::System;
@@ -135,8 +135,8 @@ pub fn starting_states(kinds: &[InitialStateKind], data: &PreparedLog, parameter
 }
 
 /// State at the start of a segment. The derivatives by the initial states follow those by the `free` parameters.
-pub(super) fn state<S: DerivativeScalar>(kinds: &[InitialStateKind], values: &[f64], free: usize, theta: f64) -> State<S> {
-    let mut state = State::turning(S::zero(), S::from(theta));
+pub(super) fn state<S: DerivativeScalar>(kinds: &[InitialStateKind], values: &[f64], free: usize, theta: f64) -> DriveState<S> {
+    let mut state = DriveState::turning(S::zero(), S::from(theta));
     for (k, (kind, &value)) in kinds.iter().zip(values).enumerate() {
         let value = S::seeded(value, free + k, 1.0);
         match kind {

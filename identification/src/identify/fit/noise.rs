@@ -6,7 +6,8 @@ use crate::statistics::series::products_by_shift;
 
 /// Differences above this multiple of their median magnitude are due to the motion.
 const MAX_MEDIAN_RATIO: f64 = 6.0;
-/// Relative mean square of a normal deviate cut off at [`MAX_MEDIAN_RATIO`] × its median magnitude (0.6745 σ), that is at 4.05 σ.
+/// Mean square, over σ², of a normal deviate cut off at [`MAX_MEDIAN_RATIO`] × its median magnitude (0.6745 σ), that is at 4.05 σ: 0.9991.
+/// Its root is used, so that the estimate is 0.02 % too large: far less than its own scatter.
 const CUT_OFF_LOSS: f64 = 0.999_5;
 
 /// Standard deviation of white noise on a smooth series, from its third differences, which are zero for a parabola. 0 for too few values.
@@ -19,7 +20,7 @@ pub fn of_series(series: impl Iterator<Item = f64>) -> f64 {
 /// Standard deviation of the noise of residuals, from their differences: the misfit of a wrong model changes slowly by comparison.
 ///
 /// First differences give σ of white noise. For noise that passed the filter of the logger, with a correlation ρ of at most
-/// `max_correlation` between rows, the ratio of second to first differences gives ρ: var Δ²/var Δ = 3 − ρ.
+/// `max_correlation` between rows and ρ² at two rows (a first-order filter), the ratio of second to first differences gives ρ: var Δ²/var Δ = 3 − ρ.
 pub fn of_residuals(residuals: &[f64], max_correlation: f64) -> f64 {
     let finite = |d: &f64| d.is_finite();
     let first: Vec<f64> = residuals.windows(2).map(|w| w[1] - w[0]).filter(finite).collect();
@@ -42,15 +43,18 @@ fn trimmed_rms(values: &[f64]) -> f64 {
     (sum / (n * loss)).sqrt()
 }
 
-/// Largest lag of the correlations, rows.
+/// Lags of the correlations end below this, rows.
 const MAX_LAG: usize = 2000;
 /// Lags up to which each correlation is computed by itself: those of white residuals are insignificant there.
 const DIRECT_LAGS: usize = 8;
+/// Least number of residuals for a correlation.
+const MIN_ROWS: usize = 8;
 
-/// Variance inflation of a mean of residuals, 1 + 2 Σ ρ, up to the first insignificant correlation (Geyer's initial sequence).
+/// Variance inflation of a mean of residuals, 1 + 2 Σ ρ, up to the first correlation below three standard errors 1/√n of white residuals, and
+/// over a quarter of the rows at most; 1 for fewer than [`MIN_ROWS`], or where the residuals are not finite.
 pub fn inflation(residuals: &[f64]) -> f64 {
     let n = residuals.len();
-    if n < 8 {
+    if n < MIN_ROWS {
         return 1.0;
     }
     let mean = residuals.iter().sum::<f64>() / n as f64;
@@ -79,8 +83,8 @@ const MIN_BLOCKS: usize = 20;
 
 /// Variance of block sums over that of white noise; 1 unless it is significantly larger.
 ///
-/// A misfit of a tenth of the noise over one second is not visible in the rows but biases a fit of thousands of rows. `noise` is the
-/// standard deviation of the channel. Not applicable to differenced counts, which are deterministic at low rates.
+/// A misfit of a tenth of the noise over a thousand rows is not visible in the rows but biases a fit of thousands of rows. The mean of the
+/// residuals is such a misfit, too, and is not subtracted. `noise` is the standard deviation of the channel. Not applicable to differenced counts, which are deterministic at low rates.
 pub fn slow_inflation(residuals: &[f64], noise: f64) -> f64 {
     let mut worst = 1.0_f64;
     for rows in BLOCK_ROWS {
@@ -99,7 +103,7 @@ pub fn slow_inflation(residuals: &[f64], noise: f64) -> f64 {
     worst
 }
 
-/// Ljung–Box statistic of every `stride`-th residual over `lags` lags, and its p-value.
+/// Ljung–Box statistic of every `stride`-th residual over `lags` lags, and its p-value; (0, 1) for fewer than four values per lag.
 pub fn ljung_box(residuals: &[f64], stride: usize, lags: usize) -> (f64, f64) {
     let y: Vec<f64> = residuals.iter().step_by(stride.max(1)).copied().collect();
     let n = y.len() as f64;

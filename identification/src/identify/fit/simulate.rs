@@ -1,7 +1,7 @@
 //! Simulation of the model along a log.
 
 use drive_model::Scalar;
-use drive_rig::{Rig, State};
+use drive_rig::{DriveState, Rig};
 
 use super::initial_states::{InitialStateKind, state};
 use super::measurement::{MeasurementChain, Row};
@@ -98,7 +98,7 @@ fn run_uncounted<S: DerivativeScalar>(
 struct Following<'p, S> {
     predictor: &'p Predictor,
     chains: Vec<MeasurementChain<S>>,
-    state: State<S>,
+    state: DriveState<S>,
     /// The current is compared at the time of the row.
     instant: bool,
     needs_current_slope: bool,

@@ -5,7 +5,7 @@
 //! Optimal Control, 1975, chapter 2). Any effect that is linear in its amplitude has the score Σ gradient × signature. The torque's
 //! gradient times its density is the smoothed estimate of the random torque.
 
-use super::row_model::{DriveState, RowModel};
+use super::row_model::{RowModel, StateComponent};
 use crate::recording::PreparedLog;
 use crate::recording::predictor::Predictor;
 
@@ -35,10 +35,10 @@ pub fn gradient(
     let gain = |c: usize, k: usize| {
         let g = &predictor.gains[c];
         match model.states[k] {
-            DriveState::Omega => g.omega,
-            DriveState::Theta => g.theta,
-            DriveState::MotorOmega => g.motor_omega,
-            DriveState::Twist => g.twist,
+            StateComponent::Omega => g.omega,
+            StateComponent::Theta => g.theta,
+            StateComponent::MotorOmega => g.motor_omega,
+            StateComponent::Twist => g.twist,
         }
     };
     let gains: Vec<[f64; MAX_STATES]> = (0..channels).map(|c| std::array::from_fn(|k| if k < n { gain(c, k) } else { 0.0 })).collect();
@@ -60,7 +60,7 @@ pub fn gradient(
             // Means over the row correct the state at its end; they read the state at its begin.
             let mut before = [0.0; MAX_STATES];
             for (k, (before, state)) in before.iter_mut().zip(&model.states).enumerate() {
-                let moves = |j: usize| if still && *state == DriveState::Omega { 0.0 } else { model.transition[(j, k)] };
+                let moves = |j: usize| if still && *state == StateComponent::Omega { 0.0 } else { model.transition[(j, k)] };
                 *before = (0..n).map(|j| moves(j) * p[j]).sum();
             }
             for c in (0..channels).rev().filter(|&c| model.over_row[c]) {

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::row_model::{DriveState, RowModel};
+use super::row_model::{RowModel, StateComponent};
 use crate::recording::predictor::{Gain, Predictor};
 
 /// Doublings of the Riccati equation at most: 2^60 rows.
@@ -73,12 +73,16 @@ fn gains(model: &RowModel, mut p: DMatrix<f64>, white: &[f64]) -> Option<Predict
         p -= &gain * covariance.transpose();
         // A mean over the row corrects the state at its end.
         let moved = if model.over_row[c] { &model.transition * &gain } else { gain };
-        let of = |state: DriveState| model.states.iter().position(|s| *s == state).map_or(0.0, |k| moved[k]);
+        let of = |state: StateComponent| model.states.iter().position(|s| *s == state).map_or(0.0, |k| moved[k]);
         predictor.gains[c] = Gain {
-            omega: of(DriveState::Omega),
-            theta: of(DriveState::Theta),
-            motor_omega: of(if model.states.contains(&DriveState::MotorOmega) { DriveState::MotorOmega } else { DriveState::Omega }),
-            twist: of(DriveState::Twist),
+            omega: of(StateComponent::Omega),
+            theta: of(StateComponent::Theta),
+            motor_omega: of(if model.states.contains(&StateComponent::MotorOmega) {
+                StateComponent::MotorOmega
+            } else {
+                StateComponent::Omega
+            }),
+            twist: of(StateComponent::Twist),
         };
         predictor.innovation_variances[c] = variance;
     }
@@ -95,7 +99,7 @@ mod tests {
         for (density, white) in [(1e-3, 0.1), (1e-12, 0.02), (10.0, 1e-3)] {
             let (a, b): (f64, f64) = (0.97, 2.0);
             let model = RowModel {
-                states: vec![DriveState::Omega],
+                states: vec![StateComponent::Omega],
                 transition: DMatrix::from_element(1, 1, a),
                 by_torque: DMatrix::from_element(1, 1, b),
                 torque_response: DVector::zeros(1),

@@ -6,7 +6,7 @@
 //! out.
 
 use drive_model::Dual;
-use drive_rig::{Rig, State};
+use drive_rig::{DriveState, Rig};
 use nalgebra::{DMatrix, DVector};
 
 use crate::identify::fit::parameters::DerivativeScalar;
@@ -16,7 +16,7 @@ use crate::recording::PreparedLog;
 
 /// A state of the drive that the filter corrects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DriveState {
+pub enum StateComponent {
     /// Rate of the platform.
     Omega,
     /// Angle of the platform.
@@ -31,7 +31,7 @@ pub enum DriveState {
 #[derive(Debug, Clone)]
 pub struct RowModel {
     /// The states, in the order of the matrices.
-    pub states: Vec<DriveState>,
+    pub states: Vec<StateComponent>,
     /// State at the end of a row by the state at its begin.
     pub transition: DMatrix<f64>,
     /// Covariance that a random torque of density 1 (N m)²/Hz (two-sided) adds within a row.
@@ -60,12 +60,12 @@ pub fn row_model(system: &System, parameters: &Parameters, data: &PreparedLog) -
         return None;
     }
     let compared = |channel: Channel| data.channels.iter().any(|c| c.channel == channel);
-    let mut states = vec![DriveState::Omega];
+    let mut states = vec![StateComponent::Omega];
     if compared(Channel::Angle) {
-        states.push(DriveState::Theta);
+        states.push(StateComponent::Theta);
     }
     if rig.structure().shaft.is_some() {
-        states.extend([DriveState::MotorOmega, DriveState::Twist]);
+        states.extend([StateComponent::MotorOmega, StateComponent::Twist]);
     }
     let (row, omega) = usual_row(data);
     let n = states.len();
@@ -73,7 +73,7 @@ pub fn row_model(system: &System, parameters: &Parameters, data: &PreparedLog) -
     let over = |part: f64| -> (DMatrix<f64>, DVector<f64>) {
         let mut span = data.row_input(row, row + 2);
         span.dt_s = data.dt_s * part;
-        let mut state = State::turning(Dual::<LANES>::from(omega), Dual::from(data.theta.map_or(0.0, |theta| theta[row])));
+        let mut state = DriveState::turning(Dual::<LANES>::from(omega), Dual::from(data.theta.map_or(0.0, |theta| theta[row])));
         if let Some(shaft) = &rig.structure().shaft {
             // A shaft with play is in contact at most times.
             state.twist = Dual::from(0.5 * shaft.gap.re * IN_CONTACT);
@@ -95,13 +95,13 @@ pub fn row_model(system: &System, parameters: &Parameters, data: &PreparedLog) -
     let (transition, current) = over(1.0);
     let (part, _) = over(1.0 / PARTS as f64);
     let (by_torque, torque_response) = covariance_by_torque(&states, &part, &rig, parameters, system, data.dt_s);
-    let unit = |s: DriveState| DVector::from_fn(n, |k, _| f64::from(u8::from(states[k] == s)));
+    let unit = |s: StateComponent| DVector::from_fn(n, |k, _| f64::from(u8::from(states[k] == s)));
     let readings: Vec<DVector<f64>> = data
         .channels
         .iter()
         .map(|c| match c.channel {
-            Channel::Rate => unit(DriveState::Omega),
-            Channel::Angle => unit(DriveState::Theta),
+            Channel::Rate => unit(StateComponent::Omega),
+            Channel::Angle => unit(StateComponent::Theta),
             Channel::Current => current.clone(),
             Channel::Voltage | Channel::Torque => DVector::zeros(n),
         })
@@ -114,7 +114,7 @@ pub fn row_model(system: &System, parameters: &Parameters, data: &PreparedLog) -
 /// Covariance by a random torque, and response to a constant one, that act on the motor's side, as the friction does; by the midpoint rule
 /// over the parts of a row.
 fn covariance_by_torque(
-    states: &[DriveState],
+    states: &[StateComponent],
     part: &DMatrix<f64>,
     rig: &Rig<Dual<LANES>>,
     parameters: &Parameters,
@@ -124,15 +124,15 @@ fn covariance_by_torque(
     let n = states.len();
     let inertia = system.inertia.map_or(f64::NAN, |k| parameters.list[k].value);
     let (on, moved) = match &rig.structure().shaft {
-        Some(shaft) => (DriveState::MotorOmega, inertia * shaft.motor_inertia_fraction.re),
-        None => (DriveState::Omega, inertia),
+        Some(shaft) => (StateComponent::MotorOmega, inertia * shaft.motor_inertia_fraction.re),
+        None => (StateComponent::Omega, inertia),
     };
     let part_s = dt_s / PARTS as f64;
     // The rate begins in the middle of its part; the angle then turns over half a part.
     let mut impulse = DVector::from_fn(n, |k, _| match states[k] {
         s if s == on => 1.0 / moved,
-        DriveState::Theta if on == DriveState::Omega => 0.5 * part_s / moved,
-        DriveState::Twist => 0.5 * part_s / moved,
+        StateComponent::Theta if on == StateComponent::Omega => 0.5 * part_s / moved,
+        StateComponent::Twist => 0.5 * part_s / moved,
         _ => 0.0,
     });
     let (mut covariance, mut response) = (DMatrix::zeros(n, n), DVector::zeros(n));
@@ -144,12 +144,12 @@ fn covariance_by_torque(
     (covariance, response)
 }
 
-fn component<S>(state: &mut State<S>, which: DriveState) -> &mut S {
+fn component<S>(state: &mut DriveState<S>, which: StateComponent) -> &mut S {
     match which {
-        DriveState::Omega => &mut state.omega,
-        DriveState::Theta => &mut state.theta,
-        DriveState::MotorOmega => &mut state.motor_omega,
-        DriveState::Twist => &mut state.twist,
+        StateComponent::Omega => &mut state.omega,
+        StateComponent::Theta => &mut state.theta,
+        StateComponent::MotorOmega => &mut state.motor_omega,
+        StateComponent::Twist => &mut state.twist,
     }
 }
 

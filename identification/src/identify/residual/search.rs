@@ -62,7 +62,7 @@ pub struct Component {
 }
 
 /// A family with columns orthonormal to the components found before.
-struct Candidate {
+struct Tested {
     coordinate: Coordinate,
     entry: Entry,
     shape: ShapeKind,
@@ -91,7 +91,7 @@ pub fn search(mut full: ResidualRows, fit: &FitResult) -> Vec<Component> {
     let mut found: Vec<Component> = Vec::new();
     let initial_power = dot(&full.y, &full.y);
     for _ in 0..MAX_ROUNDS {
-        let mut tried: Vec<Candidate> = families.iter().map(|f| of_family(f, &coarse)).collect();
+        let mut tried: Vec<Tested> = families.iter().map(|f| of_family(f, &coarse)).collect();
         let periodic = periodic_candidates(&full, &coarse, &taken);
         let tests = (families.len() + periodic.0) as f64;
         tried.extend(periodic.1);
@@ -150,21 +150,21 @@ pub fn search(mut full: ResidualRows, fit: &FitResult) -> Vec<Component> {
 }
 
 /// The candidate of a family.
-fn of_family(family: &Family, rows: &ResidualRows) -> Candidate {
+fn of_family(family: &Family, rows: &ResidualRows) -> Tested {
     let gain = family.columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
     let (columns, width) = (Arc::clone(&family.columns), family.columns.len());
     let (coordinate, entry, shape) = (family.coordinate, family.entry, family.shape);
-    Candidate { coordinate, entry, shape, columns, width, gain, bic_decrease: 0.0, per_row: false }
+    Tested { coordinate, entry, shape, columns, width, gain, bic_decrease: 0.0, per_row: false }
 }
 
 /// Moves the simplest of the candidates equivalent to the first to the front. A temperature has priority over time, which correlates with
 /// everything slow.
-fn simplest_first(tried: &mut [Candidate]) {
+fn simplest_first(tried: &mut [Tested]) {
     let Some(best) = tried.first() else { return };
     let (enough, is_slow) =
         (EQUIVALENT_GAIN_FRACTION * best.gain, best.coordinate == Coordinate::Time && !matches!(best.shape, ShapeKind::Line { .. }));
-    let equivalent = |t: &&(usize, &Candidate)| t.1.gain >= enough && t.1.bic_decrease > 0.0;
-    let all: Vec<(usize, &Candidate)> = tried.iter().enumerate().collect();
+    let equivalent = |t: &&(usize, &Tested)| t.1.gain >= enough && t.1.bic_decrease > 0.0;
+    let all: Vec<(usize, &Tested)> = tried.iter().enumerate().collect();
     let warm = all.iter().filter(equivalent).find(|t| is_slow && t.1.coordinate == Coordinate::Temperature);
     let simplest = all.iter().filter(equivalent).min_by_key(|t| t.1.width);
     if let Some(k) = warm.or(simplest).map(|t| t.0) {
@@ -173,7 +173,7 @@ fn simplest_first(tried: &mut [Candidate]) {
 }
 
 /// Removes a component from the residual of the rows.
-fn remove(t: &Candidate, full: &mut ResidualRows, coarse: &ResidualRows, starts: &[usize]) {
+fn remove(t: &Tested, full: &mut ResidualRows, coarse: &ResidualRows, starts: &[usize]) {
     let n = full.len();
     for q in t.columns.iter() {
         if t.per_row {
@@ -200,7 +200,7 @@ fn remove(t: &Candidate, full: &mut ResidualRows, coarse: &ResidualRows, starts:
 }
 
 /// Share that a candidate explains of each channel, tested by channel.
-fn channel_shares(t: &Candidate, rows: &ResidualRows, tests: f64) -> Vec<ChannelShare> {
+fn channel_shares(t: &Tested, rows: &ResidualRows, tests: f64) -> Vec<ChannelShare> {
     let n = rows.len();
     let mut after = rows.y.clone();
     for q in t.columns.iter() {
@@ -233,7 +233,7 @@ const MAX_HARMONICS: usize = 3;
 const MIN_TRAVELLED_PERIODS: f64 = 1.5;
 
 /// Number of harmonics and lines examined, and the candidates among them.
-fn periodic_candidates(full: &ResidualRows, coarse: &ResidualRows, taken: &[Vec<f64>]) -> (usize, Vec<Candidate>) {
+fn periodic_candidates(full: &ResidualRows, coarse: &ResidualRows, taken: &[Vec<f64>]) -> (usize, Vec<Tested>) {
     let mut list = Vec::new();
     let mut examined = 0;
     let n = full.len();
@@ -322,10 +322,10 @@ fn harmonic_columns(rows: &ResidualRows, waves: &[Vec<f64>; 2], entry: Entry) ->
 }
 
 /// Candidate of one harmonic order, without its columns.
-fn harmonic(rows: &ResidualRows, order: u32, waves: &[Vec<f64>; 2], entry: Entry) -> Option<Candidate> {
+fn harmonic(rows: &ResidualRows, order: u32, waves: &[Vec<f64>; 2], entry: Entry) -> Option<Tested> {
     let columns = harmonic_columns(rows, waves, entry);
     let gain = columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
-    (columns.len() == 2).then(|| Candidate {
+    (columns.len() == 2).then(|| Tested {
         coordinate: Coordinate::Theta,
         entry,
         shape: ShapeKind::Harmonic(order),
@@ -338,7 +338,7 @@ fn harmonic(rows: &ResidualRows, order: u32, waves: &[Vec<f64>; 2], entry: Entry
 }
 
 /// Candidates of lines in time: of the residual, and of modulations of the input.
-fn lines(rows: &ResidualRows, taken: &[Vec<f64>]) -> Vec<Candidate> {
+fn lines(rows: &ResidualRows, taken: &[Vec<f64>]) -> Vec<Tested> {
     let n = rows.len();
     let voltage = rows.drive.is_some() && rows.driven == Input::Voltage;
     let mut tried: Vec<(f64, Entry, bool)> = Vec::new();
@@ -360,7 +360,7 @@ fn lines(rows: &ResidualRows, taken: &[Vec<f64>]) -> Vec<Candidate> {
                 waves.iter().map(|w| shapes::response(rows, entry, &if modulates { times(w, &rows.input) } else { w.clone() })).collect();
             let columns: Arc<[_]> = orthonormal(taken, &raw).into();
             let gain = columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
-            Candidate {
+            Tested {
                 coordinate: Coordinate::Time,
                 entry,
                 shape: ShapeKind::Line { frequency_hz: hz },

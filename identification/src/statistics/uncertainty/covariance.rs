@@ -5,6 +5,7 @@
 //! factors of variance 1. All other contributions are independent.
 
 use super::{Contribution, Evaluation, Quantity};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Components of a contribution along the independent factors of one fit, in the unit of the result.
@@ -40,7 +41,7 @@ pub fn covariance<B, M>(a: &Quantity<B, M>, b: &Quantity<B, M>) -> f64 {
 }
 
 /// Covariance matrix of the quantities of a calibration.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct CovarianceMatrix {
     /// Names of the quantities, in the order of rows and columns.
     pub quantities: Vec<String>,

@@ -6,14 +6,14 @@
 
 use crate::statistics::distributions::{normal_tail, student_tail};
 
-/// Grid points on one side of zero. The error of the half-width is below 1e-3.
+/// Grid points on one side of zero. The relative error of the half-width is below 1e-3.
 const HALF_POINTS: usize = 200;
-/// Steps of the bisection: 2⁻³⁰ of the first interval.
+/// Steps of the bisection: 2⁻³⁰ of the interval that it begins with.
 const BISECTIONS: usize = 30;
 /// Degrees of freedom from which Student's t is replaced by the normal distribution.
 const NORMAL_DOF: f64 = 1e4;
 
-/// Half-width of the symmetric interval that contains the sum with this probability. `half_widths` are those of the rectangles; the Student
+/// Half-width of the symmetric interval that contains the sum with this probability; 0 without rectangles, whose interval is Student's. `half_widths` are those of the rectangles; the Student
 /// contribution is `scale` times t with `dof` degrees of freedom. All in one unit.
 pub(super) fn half_width(half_widths: &[f64], scale: f64, dof: f64, probability: f64) -> f64 {
     let reach: f64 = half_widths.iter().sum();
@@ -21,12 +21,12 @@ pub(super) fn half_width(half_widths: &[f64], scale: f64, dof: f64, probability:
         return 0.0;
     }
     let step = reach / HALF_POINTS as f64;
-    let density = rectangles(half_widths, step);
-    // A contribution narrower than the grid is a spike.
+    let probabilities = rectangles(half_widths, step);
+    // A narrower contribution is widened: a third of a grid step changes the half-width by less than its error.
     let scale = scale.max(0.3 * step);
     let tail = |x: f64| if dof < NORMAL_DOF { student_tail(x, dof.floor().max(1.0)) } else { normal_tail(x) };
     // P(|sum| > h) by the symmetry of both densities.
-    let outside = |h: f64| density.iter().map(|(x, weight)| weight * (tail((h - x) / scale) + tail((h + x) / scale))).sum::<f64>();
+    let outside = |h: f64| probabilities.iter().map(|(x, weight)| weight * (tail((h - x) / scale) + tail((h + x) / scale))).sum::<f64>();
     let (mut low, mut high) = (0.0, reach + scale);
     while outside(high) > 1.0 - probability {
         (low, high) = (high, 2.0 * high);
@@ -44,14 +44,14 @@ fn rectangles(half_widths: &[f64], step: f64) -> Vec<(f64, f64)> {
     let mut density = vec![0.0; points];
     density[HALF_POINTS] = 1.0;
     for half in half_widths {
-        density = running_mean(&density, half / step);
+        density = running_sum(&density, half / step);
     }
     let total: f64 = density.iter().sum();
     density.into_iter().enumerate().map(|(k, p)| ((k as f64 - HALF_POINTS as f64) * step, p / total)).collect()
 }
 
-/// Running mean over ± `half` grid steps; `half` need not be whole. The result is not normalised.
-fn running_mean(density: &[f64], half: f64) -> Vec<f64> {
+/// Running sum over ± `half` grid steps; `half` need not be whole.
+fn running_sum(density: &[f64], half: f64) -> Vec<f64> {
     let mut below = vec![0.0];
     below.extend(density.iter().scan(0.0, |sum, value| {
         *sum += value;

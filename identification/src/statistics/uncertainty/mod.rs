@@ -14,6 +14,7 @@ pub use covariance::{CovarianceMatrix, Loadings, covariance};
 pub use estimate::{Estimate, Uncertainty};
 
 use super::distributions::{chi_squared_quantile, normal_quantile, student_quantile};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Coverage probability of expanded uncertainties.
@@ -24,7 +25,7 @@ const MIN_BOUNDED_FRACTION: f64 = 1e-3;
 const NORMAL_DOF: f64 = 1e4;
 
 /// How a standard uncertainty was evaluated (GUM 2.3.2, 2.3.3).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Evaluation {
     /// By statistics of repeated observations.
     A,
@@ -33,7 +34,7 @@ pub enum Evaluation {
 }
 
 /// Distribution of an influence quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Distribution {
     /// Normal.
@@ -147,7 +148,7 @@ pub struct Quantity<B, M> {
 }
 
 /// Conditions at which a value holds.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Conditions {
     /// Temperature of the device under test, °C.
@@ -159,7 +160,7 @@ pub struct Conditions {
 }
 
 /// Temperature at which a value holds, with the range over which it was measured, °C.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TemperatureRange {
     /// Temperature of the value.
     #[serde(rename = "value_C")]
@@ -173,7 +174,7 @@ pub struct TemperatureRange {
 }
 
 /// In-run instability of a value: its Allan deviation, in its unit, and the time over which the value is an average, s.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Instability {
     /// Allan deviation.
     pub allan_deviation: f64,

@@ -33,6 +33,10 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// All of them.
+    pub const ALL: [Verdict; 5] =
+        [Verdict::Adequate, Verdict::EffectFound, Verdict::PartlyExplained, Verdict::UnknownStructure, Verdict::NotFinished];
+
     /// Name in the JSON answer.
     pub fn name(self) -> &'static str {
         match self {

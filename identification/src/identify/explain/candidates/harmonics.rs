@@ -73,24 +73,24 @@ pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
     // A torque of order one is an unbalance.
     let mut taken = known(HarmonicSource::Torque);
     taken.push(1);
-    let mut torque = best(&scan.scores(highest, Quantity::Torque), &taken, criteria.torque_orders);
+    let mut torque = best(&scan.scores(highest, ScannedQuantity::Torque), &taken, criteria.torque_orders);
     // Where the model is far off, its simulated angle is wrong; the torque computed from the rows does not depend on the model.
     let power = local_torque::power_by_order(model, data, theta, highest, criteria);
     let local = best(&power, &taken, criteria.local_orders);
     torque.extend(local.into_iter().filter(|order| !torque.contains(order)).collect::<Vec<_>>());
     let motor_constant = if scan.motor_constant.is_some() && scan.current_is_measured {
-        best(&scan.scores(highest, Quantity::MotorConstant), &known(HarmonicSource::MotorConstant), criteria.motor_constant_orders)
+        best(&scan.scores(highest, ScannedQuantity::MotorConstant), &known(HarmonicSource::MotorConstant), criteria.motor_constant_orders)
     } else {
         Vec::new()
     };
     let encoder = if reads_encoder(data) {
-        let scores = scan.scores(criteria.max_encoder_order, Quantity::EncoderAngle);
+        let scores = scan.scores(criteria.max_encoder_order, ScannedQuantity::EncoderAngle);
         best(&scores, &known(HarmonicSource::Encoder), criteria.encoder_orders)
     } else {
         Vec::new()
     };
     let inertia = if scan.has_inertia {
-        let scores = scan.scores(highest.min(criteria.max_inertia_order), Quantity::Inertia);
+        let scores = scan.scores(highest.min(criteria.max_inertia_order), ScannedQuantity::Inertia);
         best(&scores, &known(HarmonicSource::Inertia), criteria.inertia_orders)
     } else {
         Vec::new()
@@ -133,16 +133,16 @@ pub fn search_frequencies(base: &FittedModel) -> Frequencies {
     let max_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
     let highest = criteria.max_half_periods.min((max_Hz / step_Hz) as usize);
     let drifts: Vec<u32> = (1..criteria.min_half_periods).collect();
-    let frequency = |quantity: Quantity| best(&scan.scores(highest, quantity), &drifts, 1).first().map(|n| f64::from(*n) * step_Hz);
+    let frequency = |quantity: ScannedQuantity| best(&scan.scores(highest, quantity), &drifts, 1).first().map(|n| f64::from(*n) * step_Hz);
     Frequencies {
-        torque_Hz: frequency(Quantity::Torque),
-        voltage_Hz: data.driven.is_voltage().then(|| frequency(Quantity::Voltage)).flatten(),
+        torque_Hz: frequency(ScannedQuantity::Torque),
+        voltage_Hz: data.driven.is_voltage().then(|| frequency(ScannedQuantity::Voltage)).flatten(),
     }
 }
 
 /// The quantity that is periodic in the angle, or in time.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Quantity {
+enum ScannedQuantity {
     /// The voltage, relative to the commanded one.
     Voltage,
     /// A torque.
@@ -156,7 +156,7 @@ enum Quantity {
 }
 
 /// One row, as the scan of every order needs it.
-struct Row {
+struct ScanRow {
     /// cos θ, sin θ.
     rotation: (f64, f64),
     theta: f64,
@@ -174,7 +174,7 @@ struct Row {
 
 /// The model along the logs, as far as the ranking needs it.
 struct Scan<'s> {
-    rows: Vec<Row>,
+    rows: Vec<ScanRow>,
     segments: &'s [Range<usize>],
     lag: usize,
     dt_s: f64,
@@ -251,7 +251,7 @@ impl<'s> Scan<'s> {
                 let (s, c) = theta[row].sin_cos();
                 let i = current.map_or(0.0, |i| i[row]);
                 let driven_A = if by_voltage { data.input[row] / resistance } else { 0.0 };
-                Row {
+                ScanRow {
                     rotation: (c, s),
                     theta: theta[row],
                     by_motor_constant: (k * (i - braking * omega), -braking * omega),
@@ -289,7 +289,7 @@ impl<'s> Scan<'s> {
     }
 
     /// Score of each order from 0 to `highest`.
-    fn scores(&self, highest: usize, quantity: Quantity) -> Vec<f64> {
+    fn scores(&self, highest: usize, quantity: ScannedQuantity) -> Vec<f64> {
         let firsts: Vec<usize> = (1..=highest).step_by(ORDERS_TOGETHER).collect();
         let chunks: Vec<[f64; ORDERS_TOGETHER]> = firsts.par_iter().map(|&first| self.scores_from(first, quantity)).collect();
         let mut scores = vec![0.0];
@@ -298,7 +298,7 @@ impl<'s> Scan<'s> {
     }
 
     /// Scores of [`ORDERS_TOGETHER`] orders from `first` on.
-    fn scores_from(&self, first: usize, quantity: Quantity) -> [f64; ORDERS_TOGETHER] {
+    fn scores_from(&self, first: usize, quantity: ScannedQuantity) -> [f64; ORDERS_TOGETHER] {
         let zero = [0.0; ORDERS_TOGETHER];
         let (mut dot_re, mut dot_im, mut power) = (zero, zero, zero);
         // Sums of the rate up to each of the last rows, for the increments of the angle.
@@ -315,7 +315,7 @@ impl<'s> Scan<'s> {
                     (wave_re[n], wave_im[n]) = (c, s);
                     (c, s) = (c * row.rotation.0 - s * row.rotation.1, c * row.rotation.1 + s * row.rotation.0);
                 }
-                if quantity == Quantity::Inertia {
+                if quantity == ScannedQuantity::Inertia {
                     // J(θ) = J (1 + e^{inθ}): the torque −J (ω' + ½ i n ω²) e^{inθ}.
                     let (by_acceleration, by_rate) = (-self.inertia * row.motion.1, -0.5 * self.inertia * row.motion.0 * row.motion.0);
                     for n in 0..ORDERS_TOGETHER {
@@ -325,22 +325,23 @@ impl<'s> Scan<'s> {
                     }
                 }
                 let (torque, at_once) = match quantity {
-                    Quantity::Torque | Quantity::Inertia => (1.0, self.demand_per_torque),
-                    Quantity::MotorConstant => {
+                    ScannedQuantity::Torque | ScannedQuantity::Inertia => (1.0, self.demand_per_torque),
+                    ScannedQuantity::MotorConstant => {
                         (row.by_motor_constant.0, row.by_motor_constant.1 + self.demand_per_torque * row.by_motor_constant.0)
                     }
-                    Quantity::Voltage => row.by_voltage,
-                    Quantity::EncoderAngle => (0.0, 0.0),
+                    ScannedQuantity::Voltage => row.by_voltage,
+                    ScannedQuantity::EncoderAngle => (0.0, 0.0),
                 };
                 let slot = &mut past[at % self.lag.max(1)];
                 let full = at >= self.lag;
                 let weigh = f64::from(u8::from(row.fitted));
                 for n in 0..ORDERS_TOGETHER {
-                    let angle_now = if quantity == Quantity::EncoderAngle { (wave_re[n], wave_im[n]) } else { (sum_re[n], sum_im[n]) };
+                    let angle_now =
+                        if quantity == ScannedQuantity::EncoderAngle { (wave_re[n], wave_im[n]) } else { (sum_re[n], sum_im[n]) };
                     let (angle_re, angle_im) = (angle_now.0 - slot.0[n], angle_now.1 - slot.1[n]);
                     (slot.0[n], slot.1[n]) = angle_now;
                     let on = f64::from(u8::from(full)) * weigh;
-                    if quantity == Quantity::EncoderAngle && self.angle_is_reference {
+                    if quantity == ScannedQuantity::EncoderAngle && self.angle_is_reference {
                         // The error of the reference in its slope: n ω i e^{inθ}.
                         let slope_1_s = (first + n) as f64 * row.motion.0;
                         (re[n], im[n]) = (-slope_1_s * wave_im[n], slope_1_s * wave_re[n]);

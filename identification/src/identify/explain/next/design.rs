@@ -11,7 +11,7 @@
 use std::str::FromStr;
 
 use drive_model::StandRun;
-use drive_rig::{RowInput, State};
+use drive_rig::{DriveState, RowInput};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind};
@@ -87,7 +87,7 @@ fn simulated(base: &FittedModel, candidate: &FittedCandidate, run: &StandRun) ->
     if !rig.resolves(dt_s) {
         return None;
     }
-    let mut state = State::turning(0.0, 0.0);
+    let mut state = DriveState::turning(0.0, 0.0);
     let (mut sum, mut command, mut next_ms) = (0.0, 0.0, 0);
     let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(rows); 2 + base.data.channels.len()];
     for row in 0..rows {

@@ -1,6 +1,7 @@
 //! The next experiment. What separates two effects is computed ([`design`]) where the drive can be simulated; otherwise the cards of the
-//! effects state it. Priority: an experiment that distinguishes rivals, then one that determines the effect better, then one that covers a
-//! range of operation without which the verdict is uncertain. A run that the log is already is not proposed to distinguish rivals.
+//! effects state it. Priority: an experiment that distinguishes rivals; motion in both directions; one that determines the effect better, or
+//! the same again where a structure has no name; slow turns where nothing is missing. Where the cards state the run, it is not one that the
+//! log is already.
 
 pub mod design;
 pub mod detection;
@@ -15,7 +16,8 @@ use crate::identify::explain::verdict::outcome::Outcome;
 use crate::log::Log;
 use crate::statistics::Extremes;
 
-/// The next experiment after a search on logs of this `coverage`; `None` where nothing is open.
+/// The next experiment after a search on logs of this `coverage`; `None` where nothing is open, or
+/// the search was not finished.
 pub fn experiment_after(outcome: &Outcome, coverage: &Coverage) -> Option<NextExperiment> {
     let (search, verdict) = (&outcome.search, outcome.verdict);
     let (candidates, missing) = (&search.candidates, search.names(0));
@@ -45,7 +47,7 @@ pub fn experiment_after(outcome: &Outcome, coverage: &Coverage) -> Option<NextEx
     }
 }
 
-/// The experiment with the run of the highest expected ΔBIC. Where none is expected to reach `min_bic_difference`, what the card says
+/// The experiment with the first of the `separations`, which has the highest expected ΔBIC. Where none is expected to reach `min_bic_difference`, what the card says
 /// stays: it may change the stand, which no simulated run does.
 fn by_expectation(next: NextExperiment, separations: &[Separation], min_bic_difference: f64) -> NextExperiment {
     let expected = separations.to_vec();

@@ -102,11 +102,11 @@ impl Scan<'_> {
     /// Power of the weighted response to a torque of unit amplitude, over the order.
     fn response_power(&self, lowest: f64, highest: f64) -> Power {
         let stride = (self.rows.len() / POWER_ROWS).max(1);
-        let rows: Vec<&super::Row> = self.rows.iter().step_by(stride).filter(|row| row.fitted).collect();
+        let rows: Vec<&super::ScanRow> = self.rows.iter().step_by(stride).filter(|row| row.fitted).collect();
         let step = (highest / lowest).ln() / (POWER_ORDERS - 1) as f64;
         let window_s = self.lag as f64 * self.dt_s;
         let of_order = |order: f64| -> f64 {
-            let of_row = |row: &&super::Row| {
+            let of_row = |row: &&super::ScanRow| {
                 let w = order * row.motion.0.abs();
                 let (sin, cos) = (w * self.dt_s).sin_cos();
                 // Response of the rate: gain / (e^{iωΔt} − decay).
