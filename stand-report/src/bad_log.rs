@@ -1,6 +1,6 @@
 //! A log that is not plausible as a record of a drive: its findings as text, HTML and JSON.
 
-use crate::schema;
+use crate::json::schema_of;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
@@ -90,5 +90,5 @@ fn title(log: &Log) -> String {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("compare and fit, not a plausible record", schema::of::<BadLogJson>())]
+    vec![("compare and fit, not a plausible record", schema_of::<BadLogJson>())]
 }

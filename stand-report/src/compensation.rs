@@ -1,6 +1,6 @@
 //! A compensation written into a stand, as text and JSON.
 
-use crate::schema;
+use crate::json::schema_of;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -271,8 +271,5 @@ fn short(x: f64) -> String {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![
-        ("compensate --stand", schema::of::<FileCompensationJson<'_>>()),
-        ("compensate --port", schema::of::<SerialCompensationJson<'_>>()),
-    ]
+    vec![("compensate --stand", schema_of::<FileCompensationJson<'_>>()), ("compensate --port", schema_of::<SerialCompensationJson<'_>>())]
 }

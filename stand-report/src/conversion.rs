@@ -1,6 +1,6 @@
 //! A converted log, as text and JSON.
 
-use crate::schema;
+use crate::json::schema_of;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -42,5 +42,5 @@ pub fn json(log: &Log, out: &Path) -> Value {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("convert", schema::of::<ConversionJson<'_>>())]
+    vec![("convert", schema_of::<ConversionJson<'_>>())]
 }

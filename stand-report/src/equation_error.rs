@@ -1,6 +1,6 @@
 //! A fit by equation error beside the output-error fit, as text and JSON.
 
-use crate::schema;
+use crate::json::schema_of;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
@@ -165,5 +165,5 @@ fn free_run(axis: Axis, result: &Result<FitResult, FitError>) -> FreeRunJson {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("fit --equation-error", schema::of::<EquationErrorJson<'_>>())]
+    vec![("fit --equation-error", schema_of::<EquationErrorJson<'_>>())]
 }

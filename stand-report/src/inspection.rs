@@ -1,6 +1,6 @@
 //! An inspected file as text and JSON.
 
-use crate::schema;
+use crate::json::schema_of;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
@@ -373,5 +373,5 @@ pub fn json(inspection: &Inspection) -> Value {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("log inspect", schema::of::<InspectionJson>())]
+    vec![("log inspect", schema_of::<InspectionJson>())]
 }

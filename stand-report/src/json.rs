@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use schemars::generate::SchemaSettings;
+use schemars::transform::RecursiveTransform;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -10,6 +12,16 @@ use serde_json::{Value, json};
 pub fn value(answer: &(impl Serialize + JsonSchema)) -> Value {
     // Fails only on maps whose keys are not strings; no answer has one.
     serde_json::to_value(answer).unwrap_or_else(|error| json!({"error": error.to_string()}))
+}
+
+/// The schema of an answer. A number that is not finite is written as `null`: each number may be `null`.
+pub fn schema_of<T: JsonSchema>() -> Value {
+    let settings = SchemaSettings::draft2020_12().for_serialize().with_transform(RecursiveTransform(|schema: &mut Schema| {
+        if schema.get("format").and_then(Value::as_str) == Some("double") {
+            schema.insert("type".to_owned(), json!(["number", "null"]));
+        }
+    }));
+    settings.into_generator().into_root_schema_for::<T>().into()
 }
 
 /// An object whose keys are names of channels or parameters, in the given order.

@@ -4,7 +4,7 @@
 //! print. The page of the judgement is for the teacher. No text says that a work is passed: answers in words and the conclusion are the
 //! teacher's to judge.
 
-use crate::schema;
+use crate::json::schema_of;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
@@ -391,10 +391,10 @@ pub fn report_json(work: &Work, answers: &Answers, journal: &Result<Journal, Cha
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
     vec![
-        ("lab list", schema::of::<Vec<ListedLab<'_>>>()),
-        ("lab start", schema::of::<StartedJson<'_>>()),
-        ("lab check", schema::of::<CheckedJson<'_>>()),
-        ("lab grade", schema::of::<GradeJson<'_>>()),
-        ("lab report", schema::of::<ReportJson<'_>>()),
+        ("lab list", schema_of::<Vec<ListedLab<'_>>>()),
+        ("lab start", schema_of::<StartedJson<'_>>()),
+        ("lab check", schema_of::<CheckedJson<'_>>()),
+        ("lab grade", schema_of::<GradeJson<'_>>()),
+        ("lab report", schema_of::<ReportJson<'_>>()),
     ]
 }

@@ -1,6 +1,6 @@
 //! Model files as text: contents, and changes made by an explanation.
 
-use crate::schema;
+use crate::json::schema_of;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -120,5 +120,5 @@ pub fn changes_text(e: &Explanation, given: &Model, path: &Path) -> String {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("model", schema::of::<ModelJson<'_>>())]
+    vec![("model", schema_of::<ModelJson<'_>>())]
 }

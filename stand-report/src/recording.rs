@@ -1,6 +1,6 @@
 //! A recorded log, summarised as text and JSON.
 
-use crate::schema;
+use crate::json::schema_of;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
@@ -58,5 +58,5 @@ pub fn json(r: &ProfileRecording) -> Value {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("record", schema::of::<RecordingJson>())]
+    vec![("record", schema_of::<RecordingJson>())]
 }

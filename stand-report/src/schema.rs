@@ -2,10 +2,7 @@
 //!
 //! A number that is not finite is written as `null`: each number may be `null`.
 
-use schemars::generate::SchemaSettings;
-use schemars::transform::RecursiveTransform;
-use schemars::{JsonSchema, Schema};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::{
     allan, bad_log, calibration, certificate, comparison, compensation, conversion, drift, effects, equation_error, explanation, fleet,
@@ -40,14 +37,4 @@ pub fn all() -> Vec<(&'static str, Value)> {
         effects::schemas(),
     ]
     .concat()
-}
-
-/// The schema of an answer.
-pub fn of<T: JsonSchema>() -> Value {
-    let settings = SchemaSettings::draft2020_12().for_serialize().with_transform(RecursiveTransform(|schema: &mut Schema| {
-        if schema.get("format").and_then(Value::as_str) == Some("double") {
-            schema.insert("type".to_owned(), json!(["number", "null"]));
-        }
-    }));
-    settings.into_generator().into_root_schema_for::<T>().into()
 }

@@ -1,6 +1,6 @@
 //! Settings of a stand that were exported or imported, as text and JSON.
 
-use crate::schema;
+use crate::json::schema_of;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
@@ -117,5 +117,5 @@ fn is_scale(difference: &Difference) -> bool {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("settings export", schema::of::<ExportedJson<'_>>()), ("settings import", schema::of::<ImportedJson<'_>>())]
+    vec![("settings export", schema_of::<ExportedJson<'_>>()), ("settings import", schema_of::<ImportedJson<'_>>())]
 }

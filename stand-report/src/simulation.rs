@@ -1,6 +1,6 @@
 //! A simulated log, summarised as text and JSON.
 
-use crate::schema;
+use crate::json::schema_of;
 use std::collections::BTreeMap;
 
 use hal_sim::gyro::DEG_H;
@@ -105,7 +105,7 @@ pub fn json(log: &LogSummary, hidden: Option<&HiddenEffect>, reveal: bool) -> Va
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("sim", schema::of::<SimulationJson<'_>>())]
+    vec![("sim", schema_of::<SimulationJson<'_>>())]
 }
 
 #[cfg(test)]

@@ -7,7 +7,8 @@ use super::console::Exchange;
 use super::error::CliError;
 use super::output;
 use identification::words::nearest;
-use stand_report::schema::{all, of};
+use stand_report::json::schema_of;
+use stand_report::schema::all;
 
 /// Print the JSON schemas of the answers that --json writes.
 #[derive(Debug, Args)]
@@ -23,7 +24,7 @@ pub(super) struct SchemaCommand {
 impl SchemaCommand {
     pub(super) fn run(self) -> Result<(), CliError> {
         let mut schemas = all();
-        schemas.push(("console", of::<Vec<Exchange>>()));
+        schemas.push(("console", schema_of::<Vec<Exchange>>()));
         let wanted = self.command.join(" ");
         let printed = if wanted.is_empty() {
             Value::Object(schemas.into_iter().map(|(command, schema)| (command.to_owned(), schema)).collect::<Map<_, _>>())

@@ -6,8 +6,8 @@ use serde_json::Value;
 
 use super::Display;
 use super::words::{NoteKind, name, not_shown, note, note_kind, standard};
+use crate::json::schema_of;
 use crate::json::{Entries, value};
-use crate::schema;
 use crate::uncertainty::QuantityJson;
 use stand_analysis::allan::answer::{Answer, Interpretation, LevelStep, Lowest, NotShown, Note, WHITE};
 use stand_analysis::allan::units::{PROCESSES, Process};
@@ -266,5 +266,5 @@ fn lowest(display: &Display, lowest: Lowest) -> LowestJson {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("allan", schema::of::<AnswerJson<'_>>())]
+    vec![("allan", schema_of::<AnswerJson<'_>>())]
 }

@@ -2,8 +2,8 @@
 
 use super::html::evaluation;
 use super::{text, unit_suffix};
+use crate::json::schema_of;
 use crate::json::value;
-use crate::schema;
 use crate::{significant, with_sigma};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -193,9 +193,9 @@ pub fn export_json(rows: &[QuantityRow]) -> Value {
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
     vec![
-        ("records list", schema::of::<List<'_>>()),
-        ("records show", schema::of::<Show<'_>>()),
-        ("records add", schema::of::<Vec<AddedEntry>>()),
-        ("records export", schema::of::<Vec<QuantityRow>>()),
+        ("records list", schema_of::<List<'_>>()),
+        ("records show", schema_of::<Show<'_>>()),
+        ("records add", schema_of::<Vec<AddedEntry>>()),
+        ("records export", schema_of::<Vec<QuantityRow>>()),
     ]
 }

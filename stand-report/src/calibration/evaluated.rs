@@ -1,8 +1,8 @@
 //! Values of a calibrated characteristic, as text and JSON.
 
 use super::{coverage_text, footnote, unit_suffix, with_expanded_u};
+use crate::json::schema_of;
 use crate::json::value;
-use crate::schema;
 use crate::{plain, significant};
 use identification::statistics::uncertainty::COVERAGE_PROBABILITY;
 use schemars::JsonSchema;
@@ -61,5 +61,5 @@ pub fn evaluated_json(function: &StoredFunction, values: &[(f64, Evaluated)]) ->
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("records evaluate", schema::of::<Vec<Entry<'_>>>())]
+    vec![("records evaluate", schema_of::<Vec<Entry<'_>>>())]
 }

@@ -2,10 +2,10 @@
 
 use super::{footnote, unit_suffix, with_expanded_u};
 use crate::html::{Cell, Class, Markup, Page, Table};
+use crate::json::schema_of;
 use crate::json::value;
 use crate::plot::svg::Drawing;
 use crate::plot::{Axis, Plot, with_margin};
-use crate::schema;
 use crate::{significant, with_sigma};
 use identification::statistics::Extremes;
 use identification::statistics::uncertainty::COVERAGE_PROBABILITY;
@@ -289,5 +289,5 @@ pub fn trend_json(trend: &Trend) -> Value {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("records trend", schema::of::<TrendEntry<'_>>())]
+    vec![("records trend", schema_of::<TrendEntry<'_>>())]
 }

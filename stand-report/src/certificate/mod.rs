@@ -7,8 +7,8 @@ mod html;
 pub use dcc::dcc;
 pub use html::html;
 
+use crate::json::schema_of;
 use crate::json::value;
-use crate::schema;
 use crate::significant;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -81,5 +81,5 @@ pub fn json(certificate: &Certificate) -> Value {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("certificate", schema::of::<Answer<'_>>())]
+    vec![("certificate", schema_of::<Answer<'_>>())]
 }

@@ -6,9 +6,9 @@ use serde_json::Value;
 
 use super::Comparison;
 use super::parameters::{Determination, parameters};
+use crate::json::schema_of;
 use crate::json::{Entries, is_false, value};
 use crate::misfits::MisfitJson;
-use crate::schema;
 use crate::{column, unit};
 use identification::identify::fit::ChannelFit;
 use identification::log::Axis;
@@ -152,5 +152,5 @@ fn output(f: &ChannelFit, axis: Axis) -> OutputJson {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("compare", schema::of::<ComparisonJson<'_>>()), ("fit", schema::of::<FitJson<'_>>())]
+    vec![("compare", schema_of::<ComparisonJson<'_>>()), ("fit", schema_of::<FitJson<'_>>())]
 }

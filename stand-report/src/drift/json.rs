@@ -3,8 +3,8 @@
 use super::display::Display;
 use super::words::{NoteKind, QUIET, platform_source, warning_kind};
 use super::{defect, source, warning};
+use crate::json::schema_of;
 use crate::json::value;
-use crate::schema;
 use crate::uncertainty::{EstimateJson, QuantityJson};
 use crate::units::Units;
 use identification::statistics::uncertainty::{Estimate, Quantity};
@@ -352,8 +352,8 @@ pub fn platform_json(log: &str, result: &PlatformResult, units: Units) -> Value 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
     vec![
-        ("drift run, drift compute", schema::of::<DriftEntry<'_>>()),
-        ("drift advise", schema::of::<AdviceEntry<'_>>()),
-        ("drift platform", schema::of::<PlatformEntry<'_>>()),
+        ("drift run, drift compute", schema_of::<DriftEntry<'_>>()),
+        ("drift advise", schema_of::<AdviceEntry<'_>>()),
+        ("drift platform", schema_of::<PlatformEntry<'_>>()),
     ]
 }

@@ -6,8 +6,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::family;
+use crate::json::schema_of;
 use crate::json::value;
-use crate::schema;
 
 #[derive(Serialize, JsonSchema)]
 struct ListJson {
@@ -100,5 +100,5 @@ fn kind(kind: ParameterKind) -> &'static str {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("effects", schema::of::<ListJson>()), ("effects ID", schema::of::<EffectJson>())]
+    vec![("effects", schema_of::<ListJson>()), ("effects ID", schema_of::<EffectJson>())]
 }

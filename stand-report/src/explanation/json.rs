@@ -8,9 +8,9 @@ use super::evidence::{Outcome, has_p_value, reason, strength};
 use super::sentences::{NotVisibleKind, PurposeKind, RefusalKind, ShapeKind, not_visible_kind, purpose_kind, refusal_kind, shape_kind};
 use super::{sentences, words};
 use crate::bad_log::BadLogJson;
+use crate::json::schema_of;
 use crate::json::{Entries, value};
 use crate::misfits::{MisfitJson, p_value};
-use crate::schema;
 use crate::{column, log_warnings};
 use identification::identify::explain::{Candidate, ChannelError, DetectionLimit, Estimate, Explanation, Shape, Stage};
 use identification::log::plausible::Defect;
@@ -274,5 +274,5 @@ fn shape(axis: Axis, s: &Shape) -> ShapeJson<'_> {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("explain", schema::of::<ExplanationJson<'_>>()), ("explain, not a plausible record", schema::of::<ExplainBadLogJson>())]
+    vec![("explain", schema_of::<ExplanationJson<'_>>()), ("explain, not a plausible record", schema_of::<ExplainBadLogJson>())]
 }

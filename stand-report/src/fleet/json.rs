@@ -5,8 +5,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::words::limits;
+use crate::json::schema_of;
 use crate::json::{Entries, value};
-use crate::schema;
 use stand_analysis::fleet::change::{FindingChange, Observation, ParameterChange};
 use stand_analysis::fleet::evaluation::FleetEvaluation;
 use stand_analysis::fleet::run::FleetRun;
@@ -203,5 +203,5 @@ pub fn json(e: &FleetEvaluation) -> Value {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("explain --table", schema::of::<RunJson<'_>>()), ("fleet report", schema::of::<EvaluationJson>())]
+    vec![("explain --table", schema_of::<RunJson<'_>>()), ("fleet report", schema_of::<EvaluationJson>())]
 }

@@ -6,8 +6,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::words::{vibration_source, warning};
+use crate::json::schema_of;
 use crate::json::value;
-use crate::schema;
 use crate::uncertainty::EstimateJson;
 use stand_analysis::observer::bode::{MAX_GAIN_ERROR_DB, MAX_PHASE_ERROR_DEG};
 use stand_analysis::observer::bode::{evaluate, object_response};
@@ -372,9 +372,9 @@ pub fn vibration_json(found: &Compensated, list: &[Warning]) -> Value {
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
     vec![
-        ("observer design", schema::of::<DesignJson<'_>>()),
-        ("observer simulate", schema::of::<SideBySideJson<'_>>()),
-        ("observer bode", schema::of::<BodeAnswerJson<'_>>()),
-        ("vibration compensate", schema::of::<VibrationJson>()),
+        ("observer design", schema_of::<DesignJson<'_>>()),
+        ("observer simulate", schema_of::<SideBySideJson<'_>>()),
+        ("observer bode", schema_of::<BodeAnswerJson<'_>>()),
+        ("vibration compensate", schema_of::<VibrationJson>()),
     ]
 }

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::json::schema_of;
 use crate::json::value;
-use crate::schema;
 use crate::uncertainty::{EstimateJson, coverage, with_expanded};
 use crate::units::Scale;
 use crate::{plain, significant};
@@ -96,5 +96,5 @@ pub fn track_json(log: &str, design: &Design, tracked: &Tracked) -> Value {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("observer track", schema::of::<TrackJson<'_>>())]
+    vec![("observer track", schema_of::<TrackJson<'_>>())]
 }

@@ -5,8 +5,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::words::{STANDARD, scales, width};
+use crate::json::schema_of;
 use crate::json::value;
-use crate::schema;
 use crate::uncertainty::{EstimateJson, QuantityJson};
 use crate::units::Units;
 use stand_analysis::stability::{PlateauStability, Verdict, Width, WidthResult};
@@ -75,5 +75,5 @@ pub fn json(log: &str, plateaus: &[PlateauStability], units: Units) -> Value {
 
 /// Schemas of the answers.
 pub(crate) fn schemas() -> Vec<(&'static str, Value)> {
-    vec![("stability", schema::of::<AnswerJson<'_>>())]
+    vec![("stability", schema_of::<AnswerJson<'_>>())]
 }

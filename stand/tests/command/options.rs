@@ -30,7 +30,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 123] = [
+const WORDS: [(&str, Check); 125] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -542,6 +542,14 @@ const WORDS: [(&str, Check); 123] = [
     ("effects --html --plots", |f| {
         page(f, &["effects"]);
         page(f, &["effects", "cogging"]);
+    }),
+    ("schema --help", help_everywhere),
+    ("schema [COMMAND]...", |f| {
+        let json = |words: &[&str]| serde_json::from_str::<serde_json::Value>(&stdout_of(f, words)).unwrap();
+        let (all, one) = (json(&["schema"]), json(&["schema", "observer", "design"]));
+        assert!(all.as_object().unwrap().len() > 35 && all["observer design"] == one && one["properties"]["gains"].is_object(), "{one}");
+        let refused = stand(f, &["schema", "explan"]);
+        assert!(refused.status == Some(2) && refused.err.contains("did you mean `explain`"), "{}", refused.err);
     }),
     ("completions --help", help_everywhere),
     ("completions <SHELL>", |f| {

@@ -28,12 +28,11 @@ print("valid")
 "#;
 
 /// Answers: the schema's name, and the words of the command.
-const ANSWERS: [(&str, &[&str]); 19] = [
+const ANSWERS: [(&str, &[&str]); 18] = [
     ("sim", &["sim", "--out", "sim.parquet", "--seconds", "5", "--hidden", "3", "--reveal"]),
     ("model", &["model", "show", "model.toml"]),
     ("compare", &["compare", "log.parquet", "--model", "model.toml"]),
     ("fit", &["fit", "log.parquet", "--model", "model.toml"]),
-    ("fit --equation-error", &["fit", "log.parquet", "--model", "model.toml", "--equation-error"]),
     ("explain", &["explain", "log.parquet", "--model", "model.toml"]),
     ("log inspect", &["log", "inspect", "log.parquet"]),
     ("convert", &["convert", "log.parquet", "log2.csv"]),

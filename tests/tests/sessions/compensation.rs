@@ -258,7 +258,7 @@ fn model_without_a_known_index_zero_is_refused_with_advice() {
     let [friction, bare, more] = ["\"coulomb\"", "\"inductance\"", "\"coulomb\", \"torque-ripple\""].map(model);
     let model = model("\"coulomb\", \"cogging\"");
     let unknown = learn(&model, None, &stand.firmware).unwrap_err();
-    assert!(matches!(unknown, LearnError::ZeroUnknown { .. }) && unknown.to_string().contains("--log"), "{unknown}");
+    assert!(matches!(unknown, LearnError::ZeroUnknown { .. }) && unknown.to_string().contains("give the log of the fit"), "{unknown}");
     let good = log(&stand, Mode::Rate, ProfileKind::MultiStep, 1.0, 1);
     assert!(learn(&model, Some(&good), &stand.firmware).is_ok());
     let log_with_zero = |zero: Option<&str>| {
