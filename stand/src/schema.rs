@@ -31,8 +31,9 @@ impl SchemaCommand {
         } else {
             let names = schemas.iter().map(|(command, _)| *command).collect::<Vec<_>>();
             let unknown = || {
-                let near = nearest(&wanted, names.iter().copied()).map_or(String::new(), |near| format!("; did you mean `{near}`"));
-                CliError::Input(format!("no answer `{wanted}`{near}; there are: {}", names.join("; ")))
+                let advice = nearest(&wanted, names.iter().copied())
+                    .map_or_else(|| format!("there are: {}", names.join("; ")), |near| format!("did you mean `{near}`?"));
+                CliError::Input(format!("no answer `{wanted}`; {advice}"))
             };
             let found = schemas.iter().find(|(command, _)| *command == wanted);
             found.map(|(_, schema)| schema.clone()).ok_or_else(unknown)?
