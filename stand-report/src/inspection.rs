@@ -22,12 +22,14 @@ fn evidence(belief: &Belief) -> String {
         Evidence::OtherUnit => "stated; the unit is that of the file".to_owned(),
         Evidence::OwnName => "a column of the project".to_owned(),
         Evidence::NameAndUnit => "name and unit".to_owned(),
+        Evidence::NameOnly if unit.is_empty() => "its name; its unit must be stated".to_owned(),
         Evidence::NameOnly => format!("its name; no unit is stated, {unit} is assumed"),
         Evidence::NameAndValues => format!("its name; no unit is stated, only {unit} gives a usual row rate"),
         Evidence::RateAgainstAngle => format!("its name; no unit is stated, {unit} makes the rate the derivative of the angle"),
         Evidence::LikeTheReading => format!("its name; no unit is stated, {unit} is assumed as of the reading"),
         Evidence::ConstantVoltage => "a constant voltage drives nothing: the supply".to_owned(),
         Evidence::UnitOnly => "its unit, which no other column has".to_owned(),
+        Evidence::Program(name) => format!("a column of {name}"),
         Evidence::IncreasesEvenly => "it increases evenly".to_owned(),
         Evidence::Unknown => "name of your own, for expressions".to_owned(),
     }
@@ -62,10 +64,17 @@ fn answer(question: &Question) -> String {
             let n = per_turn.map_or("N".to_owned(), |c| c.usual.map_or_else(|| ascii(c.estimate), |u| u.to_string()));
             format!("--unit {}", quoted(&format!("{column}=counts:{n}")))
         }
+        Question::Duty { column, full } => format!("--unit {}", quoted(&format!("{column}={}", duty_unit(*full)))),
+        Question::PolePairs { column } => format!("--unit {}", quoted(&format!("{column}=erpm:7"))),
         Question::Which { target, columns } => {
             format!("--map {}", quoted(&format!("{}={target}", columns.first().map_or("NAME", String::as_str))))
         }
     }
+}
+
+/// Unit of a duty at a supply of 12 V.
+fn duty_unit(full: u32) -> String {
+    if full == 1 { "12 V".to_owned() } else { format!("12/{full} V") }
 }
 
 /// A number for a command line.
@@ -129,6 +138,14 @@ fn sentence(question: &Question) -> String {
                 quoted(&format!("{column}=counts:N"))
             )
         }
+        Question::Duty { column, full } => format!(
+            "“{column}” is the duty of a bridge, whose full scale is probably {full}: state its voltage by the supply, with --unit {} for a supply of 12 V",
+            quoted(&format!("{column}={}", duty_unit(*full)))
+        ),
+        Question::PolePairs { column } => format!(
+            "“{column}” is the electrical rate of the motor, in 1/min: state its pole pairs with --unit {} for 7 of them",
+            quoted(&format!("{column}=erpm:7"))
+        ),
         Question::Which { target, columns } => {
             let names: Vec<String> = columns.iter().map(|c| format!("“{c}”")).collect();
             format!("{} may be {target}: state which with --map {}", list(&names), quoted(&format!("NAME={target}")))

@@ -1,6 +1,6 @@
 //! Words for the warnings of a log's reader.
 
-use identification::log::LogWarning;
+use identification::log::{LogWarning, WordForm};
 
 /// A warning in one sentence, without its full stop.
 pub fn log_warning(warning: &LogWarning) -> String {
@@ -32,6 +32,16 @@ pub fn log_warning(warning: &LogWarning) -> String {
         LogWarning::CounterContinued { column, bits, overflows } => {
             format!("{column} is a {bits}-bit counter with {overflows} overflows; it was continued")
         }
+        LogWarning::SlowColumn { column, readings, rows } => {
+            format!("{column} has readings in {readings} of {rows} rows; it is interpolated between them")
+        }
+        LogWarning::SignedWords { column, bits, form, rows } => {
+            let form = match form {
+                WordForm::TwosComplement => "two’s complement",
+                WordForm::SignAndMagnitude => "sign and magnitude",
+            };
+            format!("{column} has words of {bits} bits without their sign; it was restored ({form}, {rows} negative rows)")
+        }
         LogWarning::UnterminatedRow { line } => {
             format!("the last row (line {line}) does not end with a line break; its last number may be cut short")
         }
@@ -45,6 +55,10 @@ pub fn log_warning(warning: &LogWarning) -> String {
         LogWarning::EvenTimes { scatter_us } => {
             format!("the time stamps scatter by {scatter_us} µs rms, and the readings are evenly spaced: even times are used")
         }
+        LogWarning::IrregularRows { longest_us } => format!(
+            "the steps in time are irregular: each row is integrated over its own length, and only a step above {} ms is a gap",
+            crate::numbers::plain(*longest_us as f64 * 1e-3, 3)
+        ),
         LogWarning::OtherRate { column } => format!("the rate omega_rad_s is the column {column}, as the model states (rate_column)"),
         LogWarning::UnwrappedAngle { column, jumps } => {
             format!("{column} is wrapped to one turn ({jumps} jumps of 2π); it was continued over the turns")

@@ -12,6 +12,12 @@ use identification::recording::prepare::PreparationNote;
 /// A preparation note as a sentence.
 pub fn note(axis: Axis, note: &PreparationNote) -> String {
     match note {
+        PreparationNote::Limited { channel, rows, of } => format!(
+            "{} of {} rows of {} are at the end of the sensor’s range and are not compared: they do not say how large the quantity is",
+            numbers::grouped(*rows),
+            numbers::grouped(*of),
+            column(axis, *channel)
+        ),
         PreparationNote::Outliers { channel, rows, of } => format!(
             "Heavy-tailed noise: {rows} of {} readings of {} differ from all their neighbours by more than {} standard deviations; they are not compared.",
             super::numbers::grouped(*of),

@@ -103,6 +103,7 @@ fn header(lines: &mut Lines<'_>, contents: &mut FileContents, selection: &dyn Fn
         let fail = |kind| LogError::new(lines.path, kind).line(lines.number);
         let text = std::str::from_utf8(&lines.text).map_err(|_| fail(LogErrorKind::NotText("")))?;
         let names: Vec<&str> = text.split(',').map(unquoted).collect();
+        super::limits::check_columns(names.len()).map_err(fail)?;
         if names.len() == 1 {
             for (mark, name) in [(';', "semicolons"), ('\t', "tabs")] {
                 if text.contains(mark) {

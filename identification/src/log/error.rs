@@ -73,6 +73,9 @@ pub enum LogErrorKind {
     /// The name of the file ends neither in `.csv` nor in `.parquet`.
     #[error("the name of a log must end in .csv or .parquet; the ending selects the format")]
     Ending,
+    /// A file of another program, of which no import file says what its columns are.
+    #[error("it is a file of another program, and {0} beside it, which says what its columns are, does not exist or is of another file")]
+    NotImported(String),
     /// The file cannot be opened or read.
     #[error("cannot be read: {0}")]
     Read(#[source] std::io::Error),
@@ -223,6 +226,26 @@ pub enum LogErrorKind {
         "the name must end in .csv, .txt, .tsv, .dat, .asc, .lvm, .log (text), .parquet, .mat, .h5 or .hdf5; the ending selects the format"
     )]
     ForeignEnding,
+    /// The table has more numbers than may be read.
+    #[error(
+        "{rows} rows of {columns} columns are more than the {limit} numbers that are read at most; the environment variable STAND_MAX_VALUES raises this limit, each number takes 8 bytes"
+    )]
+    TooLarge {
+        /// Rows.
+        rows: usize,
+        /// Columns that would be read.
+        columns: usize,
+        /// The limit.
+        limit: u64,
+    },
+    /// The table has more columns than may be read.
+    #[error("there are {columns} columns, more than the {limit} that are read at most; are rows and columns exchanged?")]
+    TooManyColumns {
+        /// Columns.
+        columns: usize,
+        /// The limit.
+        limit: usize,
+    },
     /// No line consists of numbers.
     #[error("there is no table in the file: no separator makes numbers of its lines")]
     NoNumbers,
@@ -297,6 +320,7 @@ impl LogErrorKind {
         matches!(
             self,
             LogErrorKind::Ending
+                | LogErrorKind::NotImported(_)
                 | LogErrorKind::NoHeader
                 | LogErrorKind::Separator(_)
                 | LogErrorKind::NoTime { .. }

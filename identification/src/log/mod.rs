@@ -4,7 +4,8 @@
 //! which increases; [`Notes`] `# key: value` in their order. A [`Log`] contains the columns of defined meaning ([`KNOWN`]) and lists the
 //! names of the others. The readers check that every value is finite and that time increases.
 //!
-//! A *row* is a sample, counted from 1. A *segment* is a sequence of rows without a gap (a step above 1.5 × the median interval).
+//! A *row* is a sample, counted from 1. A *segment* is a sequence of rows without a gap (a step above 1.5 × the median interval, or above
+//! what is usual for a logger with irregular steps).
 
 pub mod axis;
 mod block_writer;
@@ -14,6 +15,8 @@ mod csv;
 mod csv_write;
 mod error;
 pub mod import;
+mod limited;
+mod limits;
 mod notes;
 mod one_column;
 mod parquet;
@@ -24,7 +27,7 @@ mod unwrap;
 mod warning;
 
 use crate::files;
-use crate::statistics::robust::{MEDIAN_ABS_PER_SIGMA, median_in_place};
+use crate::statistics::robust::{self, MEDIAN_ABS_PER_SIGMA, median_in_place};
 use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -34,12 +37,20 @@ pub use block_writer::BlockWriter;
 pub use columns::{KNOWN, KnownColumn, known};
 pub use csv_write::CsvWriter;
 pub use error::{LogError, LogErrorKind};
+pub(crate) use limited::rows_at_limits;
 pub use notes::{FaultNote, Note, Notes, Provenance, RateSource, VoltageSource, microseconds, timestamp};
 pub use one_column::{OneColumn, times};
-pub use warning::LogWarning;
+pub use warning::{LogWarning, WordForm};
 
 /// A step in time above this number of median intervals is a gap, if the jitter of the time is small.
 pub const GAP_INTERVALS: f64 = 1.5;
+/// Rows that determine the initial states of a segment; a shorter one is not compared.
+pub const MIN_SEGMENT_ROWS: usize = 20;
+/// Part of the rows that gaps may leave in segments that are too short. Lost rows are rare: where long steps would cost more, they are the
+/// usual steps of a logger that writes at events or when it has time, and each row is integrated over its own length.
+const MAX_SHORT_FRACTION: f64 = 0.1;
+/// Quantiles of the steps of such a logger, of which the first suffices that leaves enough rows.
+const IRREGULAR_QUANTILES: [f64; 4] = [0.9, 0.95, 0.99, 0.999];
 /// Robust standard deviations of the steps by which a gap exceeds the median interval: jitter is no gap.
 const GAP_SIGMAS: f64 = 6.0;
 
@@ -167,7 +178,8 @@ impl Log {
         if t_s.values.is_empty() {
             return Err(LogError::new(path, LogErrorKind::NoRows));
         }
-        let (median_dt_s, longest_step_s) = intervals(&t_s.values);
+        let Intervals { median_s: median_dt_s, longest_s: longest_step_s, is_irregular } = Intervals::of(&t_s.values);
+        warnings.extend(is_irregular.then_some(LogWarning::IrregularRows { longest_us: (longest_step_s * 1e6).round() as u64 }));
         warnings.extend(notes.not_understood());
         let mut begins = runs;
         begins.insert(0, 0);
@@ -255,7 +267,8 @@ impl Log {
     pub fn even_out_times(&mut self) {
         let columns = ["theta_rad", "omega_rad_s", "i_A"].into_iter().filter_map(|name| self.column(name)).collect::<Vec<_>>();
         let Some((even, scatter_s)) = time_base::even_times(self.t_s(), &self.segments(), &columns) else { return };
-        (self.median_dt_s, self.longest_step_s) = intervals(&even);
+        let intervals = Intervals::of(&even);
+        (self.median_dt_s, self.longest_step_s) = (intervals.median_s, intervals.longest_s);
         if let Some(time) = self.columns.iter_mut().find(|c| c.name == "t_s") {
             time.values = even;
         }
@@ -395,12 +408,18 @@ fn read_file(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents,
         None => None,
     };
     let mut renamed = Selection { column: &inside, times, lenient: selection.lenient };
-    let mut contents = match Format::of(path)? {
+    let format = Format::of(path).map_err(|error| if import::is_foreign(path) { not_imported(path) } else { error })?;
+    let mut contents = match format {
         Format::Csv => csv::read(path, &mut renamed)?,
         Format::Parquet => parquet::read(path, &mut renamed)?,
     };
     name_as_rotary(path, &mut contents)?;
     Ok(contents)
+}
+
+fn not_imported(path: &Path) -> LogError {
+    let import_file = import::file_of(path).file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    LogError::new(path, LogErrorKind::NotImported(import_file))
 }
 
 /// Gives the columns and notes of a linear axis the names of a rotary one, which they have inside the program.
@@ -463,15 +482,52 @@ pub fn is_own_name(name: &str) -> bool {
     letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_') && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// Median of the steps in time, and the longest step that is no gap; of long logs, of an even selection of some hundred thousand steps.
-fn intervals(t_s: &[f64]) -> (f64, f64) {
-    const MAX_STEPS: usize = 200_000;
-    let stride = t_s.len().div_ceil(MAX_STEPS).max(1);
-    let mut steps: Vec<f64> = (1..t_s.len()).step_by(stride).map(|k| t_s[k] - t_s[k - 1]).collect();
-    let middle = median_in_place(&mut steps).unwrap_or(0.0);
-    steps.iter_mut().for_each(|step| *step = (*step - middle).abs());
-    let sigma = median_in_place(&mut steps).unwrap_or(0.0) / MEDIAN_ABS_PER_SIGMA;
-    (middle, (GAP_INTERVALS * middle).max(middle + GAP_SIGMAS * sigma))
+/// Steps in time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Intervals {
+    /// Median, s.
+    median_s: f64,
+    /// The longest step that is no gap, s.
+    longest_s: f64,
+    /// Long steps are usual for this logger.
+    is_irregular: bool,
+}
+
+impl Intervals {
+    /// Of long logs, from an even selection of some hundred thousand steps.
+    fn of(t_s: &[f64]) -> Intervals {
+        const MAX_STEPS: usize = 200_000;
+        let stride = t_s.len().div_ceil(MAX_STEPS).max(1);
+        let steps: Vec<f64> = (1..t_s.len()).step_by(stride).map(|k| t_s[k] - t_s[k - 1]).collect();
+        let median_s = median_in_place(&mut steps.clone()).unwrap_or(0.0);
+        let mut deviations: Vec<f64> = steps.iter().map(|step| (step - median_s).abs()).collect();
+        let sigma = median_in_place(&mut deviations).unwrap_or(0.0) / MEDIAN_ABS_PER_SIGMA;
+        let usual_s = (GAP_INTERVALS * median_s).max(median_s + GAP_SIGMAS * sigma);
+        let mut intervals = Intervals { median_s, longest_s: usual_s, is_irregular: false };
+        if rows_in_short_segments(t_s, usual_s) as f64 <= MAX_SHORT_FRACTION * t_s.len() as f64 {
+            return intervals;
+        }
+        for part in IRREGULAR_QUANTILES {
+            let longest_s = GAP_INTERVALS * robust::quantile(steps.clone(), part).unwrap_or(0.0);
+            if longest_s > usual_s && rows_in_short_segments(t_s, longest_s) as f64 <= MAX_SHORT_FRACTION * t_s.len() as f64 {
+                (intervals.longest_s, intervals.is_irregular) = (longest_s, true);
+                break;
+            }
+        }
+        intervals
+    }
+}
+
+/// Rows of the segments of less than [`MIN_SEGMENT_ROWS`] into which steps above `longest_s` cut the rows.
+fn rows_in_short_segments(t_s: &[f64], longest_s: f64) -> usize {
+    let (mut rows, mut from) = (0, 0);
+    for k in 1..=t_s.len() {
+        if k == t_s.len() || t_s[k] - t_s[k - 1] > longest_s {
+            rows += if k - from < MIN_SEGMENT_ROWS { k - from } else { 0 };
+            from = k;
+        }
+    }
+    rows
 }
 
 #[cfg(test)]

@@ -55,6 +55,7 @@ fn read_columns(path: &Path, selection: &mut Selection<'_>) -> Result<FileConten
     }
     let rows = usize::try_from(meta.num_rows()).unwrap_or(0);
     let schema = meta.schema_descr();
+    super::limits::check_columns(schema.num_columns()).map_err(|kind| LogError::new(path, kind))?;
     let mut columns: Vec<(usize, Column)> = Vec::new();
     for (index, descriptor) in schema.columns().iter().enumerate() {
         let name = descriptor.path().parts().join(".");
@@ -75,6 +76,8 @@ fn read_columns(path: &Path, selection: &mut Selection<'_>) -> Result<FileConten
         }
         columns.push((index, Column { name, values: Vec::new() }));
     }
+    let kept = columns.iter().filter(|(_, column)| selection.keeps(&column.name)).count();
+    super::limits::check_size(rows, kept).map_err(|kind| LogError::new(path, kind))?;
     for (index, column) in &mut columns {
         let lenient = selection.lenient;
         let mut sink = ColumnSink {

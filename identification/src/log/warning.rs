@@ -74,6 +74,26 @@ pub enum LogWarning {
         /// Number of overflows.
         overflows: usize,
     },
+    /// A column has readings in some rows only, and is interpolated between them.
+    SlowColumn {
+        /// The column.
+        column: String,
+        /// Rows with a reading.
+        readings: usize,
+        /// Rows.
+        rows: usize,
+    },
+    /// Readings were logged as words without their sign, which was restored.
+    SignedWords {
+        /// The column of the file.
+        column: String,
+        /// Bits of a word.
+        bits: u32,
+        /// How the words have the sign.
+        form: WordForm,
+        /// Number of negative rows.
+        rows: usize,
+    },
     /// The last row does not end with a line break; its last number may be cut short.
     UnterminatedRow {
         /// Line of the file, from 1.
@@ -101,6 +121,11 @@ pub enum LogWarning {
         /// Rms scatter of the stamps, µs.
         scatter_us: u64,
     },
+    /// The steps in time are irregular: long ones are usual for the logger, and no gaps up to a limit.
+    IrregularRows {
+        /// The longest step that is no gap, µs.
+        longest_us: u64,
+    },
     /// The model compares another column as the rate.
     OtherRate {
         /// The column.
@@ -122,4 +147,13 @@ pub enum LogWarning {
         /// An example of a note that is understood.
         example: &'static str,
     },
+}
+
+/// How a word has its sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WordForm {
+    /// −1 is the largest word.
+    TwosComplement,
+    /// The highest bit is the sign, the others are the magnitude.
+    SignAndMagnitude,
 }

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use super::angle_jumps::angle_jumps;
 use super::known_motion::{self, KnownMotion, MeasuredAngle};
-use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, held_out_rows};
+use super::prepared_log::{self, ComparedChannel, PreparedLog, held_out_rows};
 use super::voltage::{self, InputTiming, Known, VoltageCourse};
 use drive_model::{Card, Requirement};
 
 use crate::budget::Budget;
-use crate::log::{Axis, Log, RateSource, VoltageSource};
+use crate::log::{Axis, Log, MIN_SEGMENT_ROWS, RateSource, VoltageSource, rows_at_limits};
 use crate::model::{BaseParameter, Channel, Input, Model};
 
 /// Why a log cannot be used with a model.
@@ -154,6 +154,15 @@ pub enum PreparationNote {
         /// Rows of the log.
         of: usize,
     },
+    /// Readings at the end of the sensor's range, which do not say how large the quantity is, are not compared.
+    Limited {
+        /// The channel.
+        channel: Channel,
+        /// Number of rows.
+        rows: usize,
+        /// Rows of the log.
+        of: usize,
+    },
     /// No note states how a column was made; it is assumed to hold values at t, which fits better than means over the row.
     AssumedAtT {
         /// The column.
@@ -273,7 +282,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         .map(|name| log.column(name).ok_or_else(|| missing_column(log, model, name)))
         .collect::<Result<Vec<_>, _>>()?;
     let mut notes = Vec::new();
-    let compared: Vec<ComparedChannel> = columns
+    let mut compared: Vec<ComparedChannel> = columns
         .into_iter()
         .map(|(channel, measured)| {
             let column = channel.compared_column(model.input());
@@ -294,10 +303,16 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
                 instant: made.instant && channel == Channel::Current,
                 quantum: log.quantization_step(column),
                 outliers: None,
+                limited_rows: 0,
                 magnitude: made.magnitude && matches!(channel, Channel::Rate | Channel::Current),
             }
         })
         .collect();
+    for channel in compared.iter_mut().filter(|c| matches!(c.channel, Channel::Rate | Channel::Current | Channel::Torque)) {
+        leave_out_limited(channel);
+        let (of, rows) = (channel.measured.len(), channel.limited_rows);
+        notes.extend((rows > 0).then_some(PreparationNote::Limited { channel: channel.channel, rows, of }));
+    }
     if log.voltage() == VoltageSource::Terminals {
         let invisible = |card: &&Card| card.requires.contains(&Requirement::CommandedVoltage);
         for id in model.effects().iter().map(|e| e.card).filter(invisible).map(|card| card.id) {
@@ -373,6 +388,20 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         absolute_angle: log.provenance("theta_rad").absolute,
     };
     Ok((data, notes))
+}
+
+/// Leaves out the rows at the ends of the sensor's range and the rows beside them, of which a part was beyond the range.
+fn leave_out_limited(channel: &mut ComparedChannel) {
+    let limited = rows_at_limits(channel.measured);
+    if limited.is_empty() {
+        return;
+    }
+    let mut mask = vec![false; channel.measured.len()];
+    for row in limited {
+        mask[row.saturating_sub(1)..(row + 2).min(channel.measured.len())].fill(true);
+    }
+    channel.limited_rows = mask.iter().filter(|m| **m).count();
+    channel.outliers = Some(mask.into());
 }
 
 /// Window over which the temperature is averaged, s. A small motor at its limits warms by a few kelvin per second.

@@ -13,7 +13,7 @@ use super::predictor::Predictor;
 use super::voltage;
 use super::voltage::{InputTiming, VoltageCourse};
 use crate::budget::Budget;
-use crate::log::{Axis, Log};
+use crate::log::{Axis, Log, MIN_SEGMENT_ROWS};
 use crate::model::{Channel, Input};
 
 /// Interval over which the angle is compared by its increments, s. A simulated angle drifts without limit; its increments do not.
@@ -24,9 +24,6 @@ pub(crate) const HELD_OUT_BLOCK_S: f64 = 2.0;
 const HELD_OUT_PERIOD: i64 = 4;
 /// Index of the held-out block within a period.
 const HELD_OUT_INDEX: i64 = 1;
-
-/// Rows that determine the initial states of a segment; a shorter one is not compared.
-pub const MIN_SEGMENT_ROWS: usize = 20;
 
 /// A compared channel.
 #[derive(Debug, Clone)]
@@ -47,8 +44,10 @@ pub struct ComparedChannel<'a> {
     pub quantum: Option<f64>,
     /// The channel is the magnitude of its quantity (from the log's notes).
     pub magnitude: bool,
-    /// True in rows whose value is an outlier and is not compared; `None` where there are none.
+    /// True in rows whose value is an outlier, or at the end of the sensor's range, and is not compared; `None` where there are none.
     pub outliers: Option<Arc<[bool]>>,
+    /// Number of these rows at or beside the end of the range.
+    pub limited_rows: usize,
 }
 
 /// The columns of a log in the form that a fit needs. All columns have the same length.
@@ -294,6 +293,7 @@ impl Preparation {
             instant: c.instant,
             quantum: c.quantum,
             outliers: c.outliers.clone(),
+            limited_rows: c.limited_rows,
             magnitude: c.magnitude,
         };
         Preparation(PreparedLog {

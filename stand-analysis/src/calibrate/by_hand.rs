@@ -11,6 +11,7 @@
 //! specific force is g upwards (IEEE Std 1293: K₀ is the bias, K₁ the scale, K₂ and K₃ the coefficients of the second and third order). The
 //! uncertainties of the angle turned and of the level are those of the user's hand.
 
+use super::plausibility::objection;
 use super::{Basis, Contribution, Meaning, Quantity};
 use identification::log::{Log, LogError};
 use identification::statistics::least_squares;
@@ -70,6 +71,16 @@ pub enum ByHandError {
     /// A log.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// A scale that no sensor has.
+    #[error("{path}: {quantity}: {message}")]
+    Implausible {
+        /// The table.
+        path: PathBuf,
+        /// The scale.
+        quantity: String,
+        /// Why not.
+        message: String,
+    },
     /// The steps determine nothing.
     #[error("the steps determine no axis: six positions (`up`) with an accelerometer, or turns about each axis with a gyro, are needed")]
     Nothing,
@@ -165,6 +176,11 @@ pub fn calibrate(table: &Path, logs: &Path, known: &HandAssumptions) -> Result<V
     }
     for axis in 0..3 {
         accelerometer_axis(&steps, axis, known, &mut quantities);
+    }
+    for scale in quantities.iter().filter(|q| q.meaning == Some(Meaning::HandScale)) {
+        if let Some(message) = objection(scale.value) {
+            return Err(ByHandError::Implausible { path: table.to_owned(), quantity: scale.name.clone(), message });
+        }
     }
     if quantities.is_empty() { Err(ByHandError::Nothing) } else { Ok(quantities) }
 }

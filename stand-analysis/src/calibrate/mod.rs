@@ -17,6 +17,7 @@ pub mod gyro;
 pub mod lock_in;
 pub mod note;
 pub mod plateaus;
+mod plausibility;
 pub mod response;
 pub mod response_function;
 pub mod session;

@@ -5,8 +5,10 @@
 //! table, with the stated rate as setpoint and its integral as angle. Limits: the reference is as good as stated; its relative error is
 //! `crystal_ppm` of the assumptions.
 
+use super::plausibility::objection;
 use super::{Mounting, Step};
 use identification::log::{Column, Log, LogError};
+use identification::statistics::Extremes;
 use std::path::{Path, PathBuf};
 
 /// A row of the table.
@@ -50,9 +52,60 @@ pub enum StepTableError {
         /// What is wrong.
         message: String,
     },
+    /// The readings are no response of a sensor to the stated rates.
+    #[error("{path}: {message}")]
+    Implausible {
+        /// The table.
+        path: PathBuf,
+        /// Why not.
+        message: String,
+    },
     /// A log.
     #[error(transparent)]
     Log(#[from] LogError),
+}
+
+/// The sensor whose scale is calibrated.
+const SENSOR: &str = "gyro_rad_s";
+/// Standard deviations of the noise of a mean by which the thirds of a plateau may differ.
+const MAX_CHANGE_SIGMAS: f64 = 10.0;
+/// Part of the spread of the stated rates by which the thirds of a plateau may differ: a jump of the rate is more, a drift is less.
+const MAX_CHANGE: f64 = 0.02;
+
+/// Mean reading of the sensor in each row of the table; none without the sensor.
+///
+/// # Errors
+/// A row is no plateau of one rate.
+fn plateau_means(rows: &[&StepRow], log: &Log, spread_rad_s: f64) -> Result<Vec<f64>, String> {
+    let Some(readings) = log.column(SENSOR) else { return Ok(Vec::new()) };
+    let t_s = log.t_s();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let of_row = |row: &&StepRow| {
+        let (from, to) = (t_s.partition_point(|t| *t < row.from_s), t_s.partition_point(|t| *t < row.to_s));
+        let part = &readings[from..to.max(from)];
+        let third = part.len() / 3;
+        if third > 1 {
+            let variance = part.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>() / (2 * (part.len() - 1)) as f64;
+            let noise = (2.0 * variance / third as f64).sqrt();
+            let change = (mean(&part[part.len() - third..]) - mean(&part[..third])).abs();
+            if change > (MAX_CHANGE_SIGMAS * noise).max(MAX_CHANGE * spread_rad_s) {
+                return Err(format!(
+                    "from {} to {} s {SENSOR} changes by {change:.4} rad/s: this is no plateau of one rate; choose times within the plateaus",
+                    row.from_s, row.to_s
+                ));
+            }
+        }
+        Ok(mean(part))
+    };
+    rows.iter().map(of_row).collect()
+}
+
+/// Least-squares slope of the readings over the stated rates; `None` for one rate.
+fn scale(points: &[(f64, f64)]) -> Option<f64> {
+    let n = points.len() as f64;
+    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / n, y + point.1 / n));
+    let square: f64 = points.iter().map(|point| (point.0 - x).powi(2)).sum();
+    (square > 0.0).then(|| points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum::<f64>() / square)
 }
 
 fn parse(path: &Path) -> Result<Vec<StepRow>, StepTableError> {
@@ -113,11 +166,14 @@ fn distinct_files(rows: &[StepRow]) -> Vec<&str> {
 /// Reads a table of steps and its logs, which are in the folder `logs`; `read` reads one log. One step per file, in the order of the table.
 ///
 /// # Errors
-/// The table or a log cannot be read; a row has no rows of its log, or overlaps with the one before.
+/// The table or a log cannot be read; a row has no rows of its log, or overlaps with the one before; the readings of the sensor are no
+/// plateaus, or not near the stated rates.
 pub fn read_steps(table: &Path, logs: &Path, mut read: impl FnMut(&Path) -> Result<Log, LogError>) -> Result<Vec<Step>, StepTableError> {
     let rows = parse(table)?;
     let files = distinct_files(&rows);
-    let mut steps = Vec::new();
+    let (low, high) = rows.iter().map(|row| row.rate_rad_s).min_max();
+    let implausible = |message| StepTableError::Implausible { path: table.to_owned(), message };
+    let (mut steps, mut points) = (Vec::new(), Vec::new());
     for file in files {
         let log = read(&logs.join(file))?;
         let mut of_file: Vec<&StepRow> = rows.iter().filter(|row| row.file == file).collect();
@@ -130,8 +186,13 @@ pub fn read_steps(table: &Path, logs: &Path, mut read: impl FnMut(&Path) -> Resu
             return Err(row_error(pair[1], format!("it overlaps with the step from {} to {} s of {file}", pair[0].from_s, pair[0].to_s)));
         }
         steps.push(cut(&log, &of_file, file).map_err(|(row, message)| row_error(row, message))?);
+        let means = plateau_means(&of_file, &log, high - low).map_err(implausible)?;
+        points.extend(of_file.iter().map(|row| row.rate_rad_s).zip(means));
     }
-    Ok(steps)
+    match scale(&points).and_then(objection) {
+        Some(objection) => Err(implausible(format!("{SENSOR}: {objection}"))),
+        None => Ok(steps),
+    }
 }
 
 /// The rows of a log that are in the table, with the stated rates.

@@ -46,6 +46,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
         instant: false,
         quantum: None,
         outliers: None,
+        limited_rows: 0,
         magnitude: false,
     };
     PreparedLog {

@@ -347,6 +347,10 @@ pub fn remark(axis: Axis, remark: &Remark) -> String {
             "{column} is known at the times of the rows only; what it did between them is uncertain by {} (rms), and the residual is no larger than that explains. Smaller effects are not visible in this log: record means over the row, or a higher row rate.",
             numbers::significant(*rms, 2)
         ),
+        Remark::InputRounded { column, step } => format!(
+            "{column} is rounded to steps of {}; the drive saw other values, and the residual is no larger than that explains. Smaller effects are not visible in this log: record the input with a finer resolution.",
+            numbers::significant(*step, 2)
+        ),
         Remark::SampleAge { channel, rms, interval_s } => format!(
             "A reading of {} is the newest of samples every {} ms, of unknown age; while the rate changes this is an error of {} {} (rms), and the residual is no larger. Smaller effects are not visible in this log: hold constant rates, or change the rate more slowly.",
             column(axis, *channel),

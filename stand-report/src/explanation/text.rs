@@ -86,7 +86,7 @@ fn bar(fraction: f64) -> String {
     bar
 }
 
-/// The table of the best candidates, and the names of the others.
+/// The table of the best candidates, and the names of the others by their outcome.
 fn candidates(e: &Explanation, style: Style) -> String {
     let mut text = format!("{}\n", style.strong("Candidates"));
     let listed = |(k, c): &(usize, &Candidate)| tried(c) && (*k < MIN_CANDIDATE_LINES || c.refitted);
@@ -111,10 +111,12 @@ fn candidates(e: &Explanation, style: Style) -> String {
             text.push_str(&style.faint(&style.wrapped("      ", "      ", &why)));
         }
     }
-    let others: Vec<&str> =
-        e.candidates.iter().filter(|c| tried(c) && !lines.iter().any(|l| l.effect == c.effect)).map(|c| c.effect.as_str()).collect();
-    if !others.is_empty() {
-        text.push_str(&style.faint(&style.wrapped("  ", "  ", &format!("Lower scores: {}.", others.join(", ")))));
+    for outcome in Outcome::ALL {
+        let is_other = |c: &&Candidate| tried(c) && Outcome::of(e, c) == outcome && !lines.iter().any(|l| l.effect == c.effect);
+        let others: Vec<&str> = e.candidates.iter().filter(is_other).map(|c| c.effect.as_str()).collect();
+        if !others.is_empty() {
+            text.push_str(&style.faint(&style.wrapped("  ", "  ", &format!("Also {}: {}.", outcome.name(), others.join(", ")))));
+        }
     }
     text.push_str(&style.faint(&style.wrapped("  ", "  ", words::TABLE_LEGEND)));
     text.push('\n');

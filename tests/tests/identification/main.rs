@@ -11,6 +11,7 @@ mod known_motion;
 mod missing_effect_example;
 mod other_drives;
 mod own_firmware;
+mod plain_benches;
 mod real_records;
 mod repetition;
 mod several_logs;

@@ -10,32 +10,33 @@ use identification::model::Model;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-const STEP_S: f64 = 10e-6;
+pub(super) const STEP_S: f64 = 10e-6;
 const ROW_S: f64 = 10e-3;
 const SUPPLY_V: f64 = 12.0;
 
-struct Draw(Xoshiro256PlusPlus);
+/// Random numbers.
+pub(super) struct Draw(Xoshiro256PlusPlus);
 
 impl Draw {
-    fn new(seed: u64) -> Draw {
+    pub(super) fn new(seed: u64) -> Draw {
         Draw(Xoshiro256PlusPlus::seed_from_u64(seed))
     }
-    fn even(&mut self) -> f64 {
+    pub(super) fn even(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
-    fn normal(&mut self) -> f64 {
+    pub(super) fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.even()).sum::<f64>() - 6.0
     }
 }
 
 /// J, K, R, viscous and Coulomb friction.
 #[derive(Clone, Copy)]
-struct Drive {
-    inertia_kg_m2: f64,
-    motor_constant_N_m_A: f64,
-    resistance_ohm: f64,
-    viscous_N_m_s: f64,
-    coulomb_N_m: f64,
+pub(super) struct Drive {
+    pub inertia_kg_m2: f64,
+    pub motor_constant_N_m_A: f64,
+    pub resistance_ohm: f64,
+    pub viscous_N_m_s: f64,
+    pub coulomb_N_m: f64,
 }
 
 /// A small motor.
@@ -46,7 +47,7 @@ const SERVO: Drive = Drive { inertia_kg_m2: 0.02, motor_constant_N_m_A: 0.5, res
 
 impl Drive {
     /// Rate and angle after a step with the motor's current.
-    fn step(&self, (omega, theta): (f64, f64), current_A: f64) -> (f64, f64) {
+    pub(super) fn step(&self, (omega, theta): (f64, f64), current_A: f64) -> (f64, f64) {
         let torque = self.motor_constant_N_m_A * current_A - self.viscous_N_m_s * omega;
         let rate_after = |omega: f64, sign: f64, time_s: f64| omega + time_s * (torque - self.coulomb_N_m * sign) / self.inertia_kg_m2;
         let sliding = rate_after(omega, omega.signum(), STEP_S);
@@ -59,7 +60,7 @@ impl Drive {
         };
         (next, theta + STEP_S * 0.5 * (omega + next))
     }
-    fn current_A(&self, voltage_V: f64, omega: f64) -> f64 {
+    pub(super) fn current_A(&self, voltage_V: f64, omega: f64) -> f64 {
         (voltage_V - self.motor_constant_N_m_A * omega) / self.resistance_ohm
     }
 }
@@ -113,11 +114,11 @@ fn model(input: &str, effects: &str, more: &str) -> Model {
 
 const FRICTION: &str = "\"viscous\", \"coulomb\"";
 
-fn explained(log: Log, model: &Model) -> Explanation {
+pub(super) fn explained(log: Log, model: &Model) -> Explanation {
     explain(vec![log], model, &|_| {}).expect("an explanation")
 }
 
-fn fitted(log: &Log, model: &Model) -> FitResult {
+pub(super) fn fitted(log: &Log, model: &Model) -> FitResult {
     match evaluate(log, model, ParameterTreatment::Fitted, Deadline::NEVER) {
         Ok(Evaluation::Evaluated(evaluated)) => evaluated.result,
         Ok(Evaluation::ImplausibleLog(defects)) => panic!("{defects:?}"),

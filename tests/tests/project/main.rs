@@ -7,6 +7,7 @@ mod docs_are_true;
 mod environment_page;
 mod everything_moves;
 mod figures_page;
+mod files_of_benches;
 mod foreign_programs;
 mod fuzz;
 mod hardware_page;

@@ -167,6 +167,10 @@ thresholds! {
         /// Gain from which on an effect is added although what is left is noise, or invisible. Below, it may be an error of the
         /// integration, or of the input within a row.
         pub min_gain_at_noise: f64 = 100.0,
+        /// χ²/n of the worst channel below which nothing is added. The noise is at least the rounding of a reading that moves, which is even
+        /// within a count and independent from row to row. A residual that is clearly smaller is that of readings that rest: within a count
+        /// they say nothing, and their likelihood is none.
+        pub min_chi2_per_n: f64 = 0.8,
         /// Part of a count of the encoder below which a jump of the angle is its rounding, above all that of a rotor at rest. A
         /// counter loses whole counts.
         pub min_lost_counts: f64 = 0.75,

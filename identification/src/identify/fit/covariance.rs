@@ -3,11 +3,15 @@
 //! Increments of an angle over m rows, and a rate derived from an encoder, contain differenced white quantisation noise. Their score
 //! covariance is exactly B = σ_e² Σ D Dᵀ with D = w(J_k − J_{k+m}). The covariance of other channels is inflated by the autocorrelation of
 //! the residual; that of a channel with a misfit by its χ²/n.
+//!
+//! A direction without information has no finite variance. What moves along it is not determined; a parameter that moves only a little
+//! along it still has limits, by the distance over which the others can move: until each of them has changed by its own size. That distance
+//! is the standard deviation along the direction, so that no standard error is conditional on a direction that was left out.
 
 use std::collections::VecDeque;
 
 use drive_model::ParameterKind;
-use nalgebra::{DMatrix, SVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SVector, SymmetricEigen};
 
 use super::Unidentifiable;
 use super::normal_equations::NormalEquations;
@@ -85,7 +89,7 @@ pub fn covariance(problem: Problem, iterate: &Iterate, colours: &[NoiseColour], 
         9..=16 => scores::<16>(problem, iterate, colours),
         _ => scores::<32>(problem, iterate, colours),
     };
-    from_scores(&scores, equations)
+    from_scores(&scores, equations, &iterate.parameters.coordinate_sizes())
 }
 
 /// Blocks into which the rows are divided for [`clustered`], and the length of a block at least, s: longer than a plateau of a usual
@@ -109,7 +113,7 @@ pub fn clustered(problem: Problem, iterate: &Iterate, equations: &NormalEquation
         return None;
     }
     let correction = blocks as f64 / (blocks - free) as f64;
-    let mut clustered = from_scores(&scores, equations);
+    let mut clustered = from_scores(&scores, equations, &iterate.parameters.coordinate_sizes());
     clustered.matrix *= correction;
     Some(clustered)
 }
@@ -142,8 +146,8 @@ where
     (all, blocks)
 }
 
-/// The sandwich H⁻¹ B H⁻¹ with the covariance of the score by segment.
-fn from_scores(scores: &[DMatrix<f64>], equations: &NormalEquations) -> Covariance {
+/// The sandwich H⁻¹ B H⁻¹ with the covariance of the score by segment. `sizes`: change of each coordinate that is as large as its parameter.
+fn from_scores(scores: &[DMatrix<f64>], equations: &NormalEquations, sizes: &[f64]) -> Covariance {
     let (information, eliminators) = equations.reduced();
     let p = information.nrows();
     let mut b = DMatrix::<f64>::zeros(p, p);
@@ -174,12 +178,25 @@ fn from_scores(scores: &[DMatrix<f64>], equations: &NormalEquations) -> Covarian
         let d = scale[i] * scale[j];
         if d > 0.0 { inverse[(i, j)] / d } else { 0.0 }
     });
-    let matrix = &inverse * b * &inverse;
+    let mut matrix = &inverse * b * &inverse;
+    for direction in &undetermined {
+        let moved = along(direction, &scale, sizes);
+        matrix += &moved * moved.transpose();
+    }
     let correlation = DMatrix::from_fn(p, p, |i, j| {
         let d = (matrix[(i, i)] * matrix[(j, j)]).sqrt();
         if d > 0.0 { matrix[(i, j)] / d } else { 0.0 }
     });
     Covariance { matrix, undetermined, correlation }
+}
+
+/// Change of each coordinate along a direction of the scaled ones, over the longest distance at which a member of the direction has changed
+/// by its own size; zero for a coordinate without information at all.
+fn along(direction: &[f64], scale: &[f64], sizes: &[f64]) -> DVector<f64> {
+    let per_unit = DVector::from_fn(scale.len(), |k, _| if scale[k] > 0.0 { direction[k] / scale[k] } else { 0.0 });
+    let is_member = |k: &usize| direction[*k].abs() > MIN_DIRECTION_COMPONENT && per_unit[*k] != 0.0;
+    let distance = (0..scale.len()).filter(is_member).map(|k| sizes[k] / per_unit[k].abs()).max_or_zero();
+    per_unit * distance
 }
 
 /// Covariance of the score Σ w J r, by segment.

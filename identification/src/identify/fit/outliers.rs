@@ -7,7 +7,7 @@
 //! Robust Statistics, 1986, section 2.6), in every model that is compared on the log.
 
 use crate::model::{Channel, Input};
-use crate::recording::prepared_log::PreparedLog;
+use crate::recording::prepared_log::{ComparedChannel, PreparedLog};
 use crate::statistics::Extremes;
 
 /// Distance from all neighbours, standard deviations of the noise. Of normal noise a difference of 8 σ, √2 σ in size, occurs once in 10⁸
@@ -87,8 +87,9 @@ fn near_jumps(data: &PreparedLog) -> Vec<bool> {
     near
 }
 
-/// Number of excluded rows of each channel that has some.
+/// Number of outliers of each channel that has some.
 pub fn count(data: &PreparedLog) -> Vec<(Channel, usize)> {
     let excluded = |mask: &std::sync::Arc<[bool]>| mask.iter().filter(|m| **m).count();
-    data.channels.iter().filter_map(|c| Some((c.channel, excluded(c.outliers.as_ref()?)))).collect()
+    let of_channel = |c: &ComparedChannel| Some((c.channel, excluded(c.outliers.as_ref()?).saturating_sub(c.limited_rows)));
+    data.channels.iter().filter_map(of_channel).filter(|(_, rows)| *rows > 0).collect()
 }

@@ -106,6 +106,20 @@ impl Parameters {
         (0..self.list.len()).filter(|&k| self.is_free(k)).collect()
     }
 
+    /// Change of each free coordinate that is as large as its parameter: 1 of a logarithm or a logit, otherwise the value.
+    pub fn coordinate_sizes(&self) -> Vec<f64> {
+        let size = |k: usize| {
+            let p = &self.list[k];
+            match p.kind {
+                ParameterKind::Positive | ParameterKind::Fraction => 1.0,
+                // The phase of a free amplitude has a coordinate of the amplitude's unit.
+                ParameterKind::Phase if self.is_polar(k) => self.list[p.polar.unwrap_or(k)].value.abs(),
+                _ => p.value.abs(),
+            }
+        };
+        self.free().into_iter().map(size).collect()
+    }
+
     fn is_free(&self, k: usize) -> bool {
         let p = &self.list[k];
         !p.fixed && p.kind != ParameterKind::HarmonicOrder

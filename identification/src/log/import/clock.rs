@@ -4,6 +4,7 @@
 //! In: the clock of each row, in the unit of the file. Out: time in s that increases from row to row, with the events that were found. What
 //! is none of these events, a clock that steps back, is an error.
 
+use crate::log::warning::WordForm;
 use crate::statistics::robust::median;
 
 /// Rows of a run before and after a restart; fewer are disorder.
@@ -104,6 +105,9 @@ fn is_restart(readings: &[f64], begin: usize, row: usize) -> bool {
         && readings[row] <= first + RESTART_FRACTION * (last - first)
 }
 
+/// Bits of a reading in a word.
+const WORD_BITS: [u32; 3] = [8, 16, 32];
+
 /// Continues a counter of 16 or 32 bits over its overflows; the bits and the number of overflows, if there are any.
 pub fn continue_counter(counts: &mut [f64]) -> Option<(u32, usize)> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -134,9 +138,59 @@ pub fn continue_counter(counts: &mut [f64]) -> Option<(u32, usize)> {
     Some((bits, overflows))
 }
 
+/// Part of half the range of a word below which the steps from row to row must be, when the sign is restored.
+const MAX_SIGNED_STEP: f64 = 0.5;
+/// Rows with the sign bit set at least: a single one is a disturbed reading.
+const MIN_NEGATIVE_ROWS: usize = 3;
+
+/// Restores the sign of readings that were logged as unsigned words; their bits, their form, and the number of negative rows. Nothing where
+/// the readings are no such words. A motion is continuous: without the sign it jumps by more than half the range, with it nowhere.
+pub fn sign_of_words(words: &mut [f64]) -> Option<(u32, WordForm, usize)> {
+    let largest = words.iter().copied().fold(0.0, f64::max);
+    let bits = WORD_BITS.into_iter().find(|bits| largest < 2f64.powi(*bits as i32))?;
+    let half = 2f64.powi(bits as i32 - 1);
+    let negative = words.iter().filter(|v| **v >= half).count();
+    if negative < MIN_NEGATIVE_ROWS || words.iter().any(|v| *v < 0.0 || v.fract() != 0.0) {
+        return None;
+    }
+    let largest_step = |value: &dyn Fn(f64) -> f64| words.windows(2).map(|w| (value(w[1]) - value(w[0])).abs()).fold(0.0, f64::max);
+    let signed = |form: WordForm| {
+        move |v: f64| match form {
+            _ if v < half => v,
+            WordForm::TwosComplement => v - 2.0 * half,
+            WordForm::SignAndMagnitude => half - v,
+        }
+    };
+    let steps = [WordForm::TwosComplement, WordForm::SignAndMagnitude].map(|form| (form, largest_step(&signed(form))));
+    let (form, least) = if steps[0].1 <= steps[1].1 { steps[0] } else { steps[1] };
+    if largest_step(&|v| v) < half || least > MAX_SIGNED_STEP * half {
+        return None;
+    }
+    words.iter_mut().for_each(|v| *v = signed(form)(*v));
+    Some((bits, form, negative))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sign_of_words_is_restored() {
+        let rate: Vec<f64> = (0..2000).map(|k| (9000.0 * (f64::from(k) * 0.01).sin()).round()).collect();
+        let negative = rate.iter().filter(|v| **v < 0.0).count();
+        let mut complement: Vec<f64> = rate.iter().map(|v| v.rem_euclid(65_536.0)).collect();
+        assert_eq!(sign_of_words(&mut complement), Some((16, WordForm::TwosComplement, negative)));
+        assert_eq!(complement, rate);
+        let mut magnitude: Vec<f64> = rate.iter().map(|v| if *v < 0.0 { 32_768.0 - v } else { *v }).collect();
+        assert_eq!(sign_of_words(&mut magnitude), Some((16, WordForm::SignAndMagnitude, negative)));
+        assert_eq!(magnitude, rate);
+        // A rate that is one-sided, or that already has its sign, stays.
+        for mut other in [rate.iter().map(|v| v + 40_000.0).collect::<Vec<_>>(), rate.clone()] {
+            let before = other.clone();
+            assert_eq!(sign_of_words(&mut other), None);
+            assert_eq!(other, before);
+        }
+    }
 
     fn even(from: f64, n: usize) -> impl Iterator<Item = f64> {
         (0..n).map(move |k| from + k as f64)

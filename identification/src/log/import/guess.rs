@@ -4,9 +4,10 @@
 //! Nothing is used without consent: the user accepts a [`Belief`] or states something else.
 
 use super::names::{self, own_name, targets};
+use super::programs;
 use super::table::{Table, TableColumn};
 use super::units::{Quantity, Unit, UnitMark, split_name};
-use crate::log::{axis, known};
+use crate::log::{axis, known, plausible};
 use crate::statistics::Extremes;
 
 /// Why a column is believed to be something.
@@ -32,7 +33,9 @@ pub enum Evidence {
     ConstantVoltage,
     /// The unit says the quantity, and no other column has it.
     UnitOnly,
-    /// The first column increases evenly: a time.
+    /// The header is that of this program.
+    Program(&'static str),
+    /// The only column that increases evenly: a time.
     IncreasesEvenly,
     /// Nothing is known: it can be used in expressions.
     Unknown,
@@ -57,11 +60,34 @@ pub struct Belief {
     pub(super) of_motor: bool,
     /// It is a voltage that was asked for: the motor's, if no other column is.
     pub(super) is_voltage_setpoint: bool,
+    /// It is the duty of a bridge: the motor's voltage, as a part of the supply, if no other column is.
+    pub(super) is_duty: bool,
     /// Words of the name without its unit: `timestamp` says more clearly what it is than `timestamp_sample`.
     pub(super) words: usize,
 }
 
 impl Belief {
+    /// A column of which nothing is known.
+    pub(super) fn unknown(name: &str) -> Belief {
+        Belief {
+            source: name.to_owned(),
+            target: None,
+            unit: None,
+            evidence: Evidence::Unknown,
+            alternatives: Vec::new(),
+            rivals: Vec::new(),
+            of_motor: false,
+            is_voltage_setpoint: false,
+            is_duty: false,
+            words: 0,
+        }
+    }
+
+    /// Nothing more is believed.
+    fn forget(&mut self) {
+        (self.target, self.unit, self.evidence) = (None, None, Evidence::Unknown);
+    }
+
     /// No unit is stated.
     pub(super) fn lacks_unit(&self) -> bool {
         matches!(
@@ -82,31 +108,7 @@ const MAX_STEP_SPREAD: f64 = 0.5;
 
 /// Beliefs about all columns of a table, in their order.
 pub fn beliefs(table: &Table) -> Vec<Belief> {
-    let mut list: Vec<Belief> = table
-        .columns
-        .iter()
-        .map(|column| {
-            if column.is_text() || !is_usable(column) {
-                return Belief {
-                    source: column.name.clone(),
-                    target: None,
-                    unit: None,
-                    evidence: Evidence::Unknown,
-                    alternatives: Vec::new(),
-                    rivals: Vec::new(),
-                    of_motor: false,
-                    is_voltage_setpoint: false,
-                    words: 0,
-                };
-            }
-            by_name(&column.name, &column.unit, column.is_date)
-        })
-        .collect();
-    constant_voltage(table, &mut list);
-    time(table, &mut list);
-    by_unit(&mut list);
-    voltage_setpoint(&mut list);
-    without_repetition(&mut list);
+    let mut list = programs::beliefs(table).unwrap_or_else(|| by_names_and_values(table));
     let mut taken: Vec<String> = list.iter().filter_map(|b| b.target.clone()).collect();
     for (belief, column) in list.iter_mut().zip(&table.columns) {
         if belief.evidence == Evidence::Unknown && belief.target.is_none() && !column.is_text() && is_usable(column) {
@@ -124,6 +126,22 @@ pub fn beliefs(table: &Table) -> Vec<Belief> {
     list
 }
 
+fn by_names_and_values(table: &Table) -> Vec<Belief> {
+    let of = |column: &TableColumn| match column.is_text() || !is_usable(column) {
+        true => Belief::unknown(&column.name),
+        false => by_name(&column.name, &column.unit, column.is_date),
+    };
+    let mut list: Vec<Belief> = table.columns.iter().map(of).collect();
+    constant_motion(table, &mut list);
+    constant_voltage(table, &mut list);
+    time(table, &mut list);
+    by_unit(&mut list);
+    voltage_setpoint(&mut list);
+    duty(&mut list);
+    without_repetition(&mut list);
+    list
+}
+
 /// The column has numbers, with text in few cells at most.
 fn is_usable(column: &TableColumn) -> bool {
     column.text.is_none() || column.is_mostly_numbers()
@@ -138,15 +156,12 @@ fn by_name(name: &str, unit_row: &str, is_date: bool) -> Belief {
     let (base, of_name) = split_name(name);
     let (found, named) = targets(&base);
     let belief = |target: Option<&str>, unit, evidence| Belief {
-        source: name.to_owned(),
         target: target.map(str::to_owned),
         unit,
         evidence,
-        alternatives: Vec::new(),
-        rivals: Vec::new(),
         of_motor: named.of_motor,
-        is_voltage_setpoint: false,
         words: names::words(&base).len(),
+        ..Belief::unknown(name)
     };
     if is_date {
         return belief(Some("t_s"), Some(Unit::si(Quantity::Time)), Evidence::NameAndUnit);
@@ -178,6 +193,7 @@ fn by_name(name: &str, unit_row: &str, is_date: bool) -> Belief {
         (Some(target), Some(unit)) => belief(Some(target), Some(unit), Evidence::NameAndUnit),
         (Some(target), None) => belief(Some(target), quantity_of(target).map(Unit::si), Evidence::NameOnly),
         (None, Some(unit)) if !named.setpoint && names::words(&base).len() <= 3 => belief(None, Some(unit), Evidence::UnitOnly),
+        (None, None) if named.is_duty => Belief { is_duty: true, ..belief(None, None, Evidence::Unknown) },
         (None, _) => belief(None, None, Evidence::Unknown),
     }
 }
@@ -193,7 +209,7 @@ fn voltage_setpoint(list: &mut [Belief]) {
     let has_voltage = list.iter().any(|b| b.target.as_deref() == Some("u_V"));
     for belief in list.iter_mut().filter(|b| b.is_voltage_setpoint) {
         if has_voltage {
-            (belief.target, belief.unit, belief.evidence) = (None, None, Evidence::Unknown);
+            belief.forget();
         } else {
             belief.target = Some("u_V".to_owned());
             if belief.evidence == Evidence::LikeTheReading {
@@ -203,8 +219,36 @@ fn voltage_setpoint(list: &mut [Belief]) {
     }
 }
 
-/// A constant positive voltage is the supply and drives nothing.
+/// The duty of a bridge is the motor's voltage, in a unit that is a part of the supply, if no other column is.
+fn duty(list: &mut [Belief]) {
+    if list.iter().any(|b| b.target.as_deref() == Some("u_V")) {
+        return;
+    }
+    for belief in list.iter_mut().filter(|b| b.is_duty) {
+        belief.target = Some("u_V".to_owned());
+        belief.evidence = Evidence::NameOnly;
+    }
+}
+
+/// A column that never changes is neither a time nor a motion, whatever its name says: nothing is connected to it.
+fn constant_motion(table: &Table, list: &mut [Belief]) {
+    let is_motion = |b: &Belief| matches!(b.target.as_deref(), Some("t_s" | "omega_rad_s" | "theta_rad"));
+    for (belief, column) in list.iter_mut().zip(&table.columns).filter(|(b, _)| is_motion(b) && b.evidence != Evidence::OwnName) {
+        let (low, high) = column.values.iter().copied().filter(|v| v.is_finite()).min_max();
+        if low == high && column.values.len() > 1 {
+            belief.forget();
+        }
+    }
+}
+
+/// A constant positive voltage is the supply, unless the motion is one response to it: a step from rest.
 fn constant_voltage(table: &Table, list: &mut [Belief]) {
+    let voltages = list.iter().filter(|b| b.target.as_deref() == Some("u_V")).count();
+    let is_rate = |(belief, _): &(&Belief, &TableColumn)| belief.target.as_deref() == Some("omega_rad_s");
+    let rate = list.iter().zip(&table.columns).find(is_rate);
+    if voltages == 1 && rate.is_some_and(|(_, column)| plausible::is_one_response(&column.values, true)) {
+        return;
+    }
     for (belief, column) in list.iter_mut().zip(&table.columns).filter(|(b, _)| b.target.as_deref() == Some("u_V")) {
         let (low, high) = column.values.iter().copied().filter(|v| v.is_finite()).min_max();
         if low > 0.0 && high - low < MAX_SUPPLY_SPREAD * low && belief.evidence != Evidence::OwnName {
@@ -214,22 +258,24 @@ fn constant_voltage(table: &Table, list: &mut [Belief]) {
     }
 }
 
-/// Finds the time column.
+/// Finds the time column: the first, or else the only one, that increases evenly.
 fn time(table: &Table, list: &mut [Belief]) {
-    let increases = |k: usize| {
-        let t = &table.columns[k].values;
-        t.len() > 2 && t.iter().all(|v| v.is_finite()) && t.windows(2).all(|w| w[1] > w[0])
+    let may_be = |k: &usize| {
+        let (t, belief) = (&table.columns[*k].values, &list[*k]);
+        let increases = t.len() > 2 && t.iter().all(|v| v.is_finite()) && t.windows(2).all(|w| w[1] > w[0]);
+        matches!(belief.evidence, Evidence::Unknown | Evidence::UnitOnly)
+            && increases
+            && steps_are_even(t)
+            && belief.unit.as_ref().is_none_or(|u| u.quantity == Quantity::Time)
     };
-    if !list.iter().any(|b| b.target.as_deref() == Some("t_s"))
-        && let Some(first) = (0..list.len()).find(|&k| matches!(list[k].evidence, Evidence::Unknown | Evidence::UnitOnly) && increases(k))
-        && first == 0
-        && steps_are_even(&table.columns[first].values)
-        && list[first].unit.as_ref().is_none_or(|u| u.quantity == Quantity::Time)
-    {
-        let unit = list[first].unit.clone();
-        let evidence = if unit.is_some() { Evidence::UnitOnly } else { Evidence::IncreasesEvenly };
-        list[first] = Belief { target: Some("t_s".to_owned()), unit, evidence, ..list[first].clone() };
+    if list.iter().any(|b| b.target.as_deref() == Some("t_s")) {
+        return;
     }
+    let found: Vec<usize> = (0..list.len()).filter(may_be).collect();
+    let Some(&k) = found.first().filter(|k| **k == 0 || found.len() == 1) else { return };
+    let unit = list[k].unit.clone();
+    let evidence = if unit.is_some() { Evidence::UnitOnly } else { Evidence::IncreasesEvenly };
+    list[k] = Belief { target: Some("t_s".to_owned()), unit, evidence, ..list[k].clone() };
 }
 
 fn steps_are_even(values: &[f64]) -> bool {
@@ -239,8 +285,13 @@ fn steps_are_even(values: &[f64]) -> bool {
     even as f64 > 0.9 * steps.len() as f64
 }
 
-/// A column whose name says nothing is what its unit says, if no other column is that.
+/// A column whose name says nothing is what its unit says, if no other column is that. Metres beside a rotation are a place or a length,
+/// not the motion of a linear axis.
 fn by_unit(list: &mut [Belief]) {
+    let is_rotation = |b: &Belief| {
+        matches!(b.target.as_deref(), Some("omega_rad_s" | "theta_rad" | "gyro_rad_s")) && b.unit.as_ref().is_some_and(|u| !u.linear)
+    };
+    let is_rotary = list.iter().any(is_rotation);
     for k in 0..list.len() {
         let Some(unit) = list[k].unit.clone().filter(|_| list[k].evidence == Evidence::UnitOnly && list[k].target.is_none()) else {
             continue;
@@ -256,7 +307,7 @@ fn by_unit(list: &mut [Belief]) {
             Quantity::Acceleration => "accel_x_m_s2",
         };
         let is_other = |(other, b): (usize, &Belief)| other != k && b.unit.as_ref().is_some_and(|u| u.quantity == unit.quantity);
-        if list.iter().enumerate().any(is_other) {
+        if list.iter().enumerate().any(is_other) || (unit.linear && is_rotary) {
             list[k].evidence = Evidence::Unknown;
         } else {
             list[k].target = Some(target.to_owned());
@@ -269,7 +320,7 @@ pub(super) fn rank(belief: &Belief) -> (u8, bool, usize) {
     let by_evidence = match belief.evidence {
         Evidence::Stated | Evidence::OtherUnit => 0,
         Evidence::OwnName => 1,
-        Evidence::NameAndUnit => 2,
+        Evidence::NameAndUnit | Evidence::Program(_) => 2,
         Evidence::NameAndValues | Evidence::RateAgainstAngle | Evidence::LikeTheReading | Evidence::NameOnly => 3,
         Evidence::UnitOnly => 4,
         Evidence::ConstantVoltage => 5,

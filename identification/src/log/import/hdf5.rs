@@ -12,11 +12,10 @@ use super::arrays::{Array, table};
 use super::table::Table;
 use crate::log::caught::caught;
 use crate::log::error::{LogError, LogErrorKind};
+use crate::log::limits;
 
 /// Groups within groups that are read at most.
 const MAX_DEPTH: usize = 4;
-/// Largest array that is read, numbers: a damaged size must not fill the memory.
-const MAX_NUMBERS: u64 = 1 << 30;
 /// Groups of MATLAB's own.
 const INTERNAL: [&str; 2] = ["#refs#", "#subsystem#"];
 
@@ -49,15 +48,15 @@ fn group(group: &Group, prefix: &str, depth: usize, arrays: &mut Vec<Array>) -> 
             matches!(kind, DType::I8 | DType::I16 | DType::I32 | DType::I64 | DType::U8 | DType::U16 | DType::U32 | DType::U64);
         let is_number = is_integer || matches!(kind, DType::F32 | DType::F64);
         let shape = data.shape().map_err(|e| format!("{own}: {e}"))?;
-        let is_small = shape.iter().try_fold(1u64, |n, d| n.checked_mul(*d)).is_some_and(|n| n <= MAX_NUMBERS);
         let (rows, columns) = match shape[..] {
             [n] => (n as usize, 1),
             [a, b] => (a as usize, b as usize),
             _ => continue,
         };
-        if !is_number || !is_small {
+        if !is_number {
             continue;
         }
+        limits::check_size(rows, columns).map_err(|kind| format!("{own}: {kind}"))?;
         let values = data.read_f64().map_err(|e| format!("{own}: {e}"))?;
         if values.len() != rows * columns {
             return Err(format!("{own} has {} of {} numbers", values.len(), rows * columns));

@@ -11,17 +11,8 @@ use super::{read, read_table};
 use crate::files;
 use crate::log::error::LogError;
 use crate::log::warning::LogWarning;
-use crate::log::{Log, Selection, intervals, known, quantization};
+use crate::log::{Intervals, Log, Selection, known, limited, quantization};
 use crate::statistics::Extremes;
-
-/// Rows in a row at the largest or smallest value that make a flat top.
-const FLAT_TOP_ROWS: usize = 3;
-/// Flat tops from which on a column is believed to be limited.
-const MIN_FLAT_TOPS: usize = 2;
-/// Quantisation steps from a flat top to its neighbour beyond which the top is a limit.
-const MIN_EDGE_STEPS: f64 = 2.5;
-/// Distinct values from which on a column is a measurement: a setpoint rests at its ends.
-const MIN_LEVELS: usize = 16;
 
 /// One column.
 #[derive(Debug, Clone)]
@@ -133,8 +124,8 @@ pub fn inspect_table(path: &Path, table: &Table, stored: Option<&ImportMapping>,
     let renamed = beliefs.iter().any(|b| b.evidence != Evidence::OwnName && b.target.as_deref().is_some_and(|t| known(t).is_some()));
     let is_own = stored.is_none() && stated.is_empty() && !renamed;
     // The file is read as the other commands will read it: what is said about it is what they do.
-    let is_drawn = |_: &str| false;
-    let read = read::contents(path, table, &made, &mut Selection { column: &is_drawn, times: None, lenient: false });
+    let is_read = |name: &str| known(name).is_some();
+    let read = read::contents(path, table, &made, &mut Selection { column: &is_read, times: None, lenient: false });
     let (timing, warnings, refusal) = match read {
         Ok(contents) => {
             let times = contents.columns.iter().find(|c| c.name == "t_s");
@@ -188,7 +179,7 @@ impl Inspection {
 
 impl TimingInspection {
     fn of(t: &[f64]) -> TimingInspection {
-        let (interval_s, longest) = intervals(t);
+        let Intervals { median_s: interval_s, longest_s: longest, .. } = Intervals::of(t);
         let steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
         let regular: Vec<f64> = steps.iter().copied().filter(|s| *s > 0.0 && *s <= longest).collect();
         let square = regular.iter().map(|s| (s / interval_s - 1.0).powi(2)).sum::<f64>() / regular.len().max(1) as f64;
@@ -207,14 +198,7 @@ fn column_inspection(belief: Belief, column: &TableColumn) -> ColumnInspection {
     let range = (!values.is_empty()).then(|| values.iter().copied().min_max());
     let is_constant = range.is_some_and(|(low, high)| low == high);
     let is_time = belief.target.as_deref() == Some("t_s");
-    let saturated_rows = match range {
-        Some((low, high)) if !is_constant && !is_time && has_levels(&values) => {
-            // The peak of a slow, quantised motion is flat too, but its neighbours are one step away.
-            let edge = MIN_EDGE_STEPS * quantization::step(&values).unwrap_or(0.0);
-            limited_rows(&values, low, edge) + limited_rows(&values, high, edge)
-        }
-        _ => 0,
-    };
+    let saturated_rows = if is_time { 0 } else { limited::rows_at_limits(&values).len() };
     ColumnInspection {
         range,
         missing: column.missing(),
@@ -225,35 +209,4 @@ fn column_inspection(belief: Belief, column: &TableColumn) -> ColumnInspection {
         position: column.position,
         belief,
     }
-}
-
-/// Rows in flat tops at `end`, which the values reach in a step of more than `edge`; 0 for fewer than [`MIN_FLAT_TOPS`].
-fn limited_rows(values: &[f64], end: f64, edge: f64) -> usize {
-    let (mut tops, mut rows, mut k) = (0, 0, 0);
-    while k < values.len() {
-        let begin = k;
-        while k < values.len() && (values[k] == end) == (values[begin] == end) {
-            k += 1;
-        }
-        let is_sharp = |neighbour: Option<&f64>| neighbour.is_some_and(|v| (v - end).abs() > edge);
-        let sharp = is_sharp(begin.checked_sub(1).and_then(|b| values.get(b))) || is_sharp(values.get(k));
-        if values[begin] == end && k - begin >= FLAT_TOP_ROWS && sharp {
-            tops += 1;
-            rows += k - begin;
-        }
-    }
-    if tops >= MIN_FLAT_TOPS { rows } else { 0 }
-}
-
-fn has_levels(values: &[f64]) -> bool {
-    let mut levels: Vec<f64> = Vec::new();
-    for value in values {
-        if !levels.contains(value) {
-            levels.push(*value);
-            if levels.len() >= MIN_LEVELS {
-                return true;
-            }
-        }
-    }
-    false
 }

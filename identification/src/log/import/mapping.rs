@@ -94,8 +94,12 @@ impl ImportMapping {
         let text = std::fs::read_to_string(&path).map_err(|e| LogError::new(&path, LogErrorKind::Read(e)))?;
         let one_line = |e: toml::de::Error| LogErrorKind::ImportFile(e.to_string().trim().replace('\n', " "));
         let mut mapping: ImportMapping = toml::from_str(&text).map_err(|e| LogError::new(&path, one_line(e)))?;
-        // A file that was renamed with its import file keeps it.
-        let is_of_another = |file: &String| log.file_name().is_some_and(|own| own != file.as_str()) && log.with_file_name(file).is_file();
+        // A conversion leaves a file of the same stem with another ending, which is read by itself. An import file that was copied or
+        // renamed with its log is meant for it.
+        let is_of_another = |file: &String| {
+            let other = log.with_file_name(file);
+            log.file_name().is_some_and(|own| own != file.as_str()) && other.file_stem() == log.file_stem() && other.is_file()
+        };
         if mapping.file.as_ref().is_some_and(is_of_another) {
             return Ok(None);
         }
@@ -185,15 +189,10 @@ pub fn beliefs(
         Some(mapping) => {
             let of = |name: &str| mapping.columns.get(name);
             let belief = |source: &str| Belief {
-                source: source.to_owned(),
                 target: of(source).map(|c| c.is.clone()),
                 unit: of(source).and_then(|c| c.checked_unit().ok().flatten()),
                 evidence: Evidence::Stated,
-                alternatives: Vec::new(),
-                rivals: Vec::new(),
-                of_motor: false,
-                is_voltage_setpoint: false,
-                words: 0,
+                ..Belief::unknown(source)
             };
             table.columns.iter().map(|c| belief(&c.name)).collect()
         }

@@ -16,11 +16,12 @@ use super::arrays::{Array, table};
 use super::hdf5;
 use super::table::Table;
 use crate::log::error::{LogError, LogErrorKind};
+use crate::log::limits;
 
 /// Bytes before the first element.
 const HEADER_BYTES: usize = 128;
-/// Largest decompressed element, bytes: a damaged file must not fill the memory.
-const MAX_ELEMENT_BYTES: u64 = 1 << 32;
+/// Bytes of a number.
+const NUMBER_BYTES: u64 = 8;
 /// Structures within structures that are read at most.
 const MAX_DEPTH: usize = 4;
 
@@ -34,6 +35,18 @@ mod class {
     pub const STRUCTURE: u8 = 2;
     pub const FIRST_NUMERIC: u8 = 6;
     pub const LAST_NUMERIC: u8 = 15;
+}
+
+/// Bytes from which text is told from an array: a binary file has others than printable ones among its first.
+const SAMPLED_BYTES: usize = 512;
+
+/// The file is text, which is no array of MATLAB whatever its ending says.
+pub fn is_text(path: &Path) -> Result<bool, LogError> {
+    let fail = |e: std::io::Error| LogError::new(path, LogErrorKind::Read(e));
+    let mut sample = Vec::with_capacity(SAMPLED_BYTES);
+    std::fs::File::open(path).map_err(fail)?.take(SAMPLED_BYTES as u64).read_to_end(&mut sample).map_err(fail)?;
+    let is_printable = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace() || *b >= 0x80;
+    Ok(!sample.is_empty() && !sample.starts_with(b"MATLAB") && sample.iter().all(is_printable))
 }
 
 /// Reads the table in `path`.
@@ -60,7 +73,7 @@ fn parse(bytes: &[u8]) -> Result<Table, LogErrorKind> {
         if kind == data_type::COMPRESSED {
             let mut inner = Vec::new();
             // A stream without its end still gives its bytes.
-            let read = ZlibDecoder::new(data).take(MAX_ELEMENT_BYTES).read_to_end(&mut inner);
+            let read = ZlibDecoder::new(data).take(limits::max_values().saturating_mul(NUMBER_BYTES)).read_to_end(&mut inner);
             read.map_err(|_| LogErrorKind::Matlab("a compressed variable is damaged"))?;
             if let Some((data_type::MATRIX, data)) = (Elements { bytes: &inner, little }).next()? {
                 matrix(data, little, "", 0, &mut arrays)?;

@@ -12,6 +12,7 @@ mod inspection;
 pub mod mapping;
 mod mat;
 mod names;
+mod programs;
 pub mod questions;
 mod read;
 pub mod table;
@@ -32,6 +33,12 @@ pub use questions::Question;
 /// Endings of the files that can be imported.
 pub const ENDINGS: [&str; 11] = ["csv", "txt", "tsv", "dat", "asc", "lvm", "log", "parquet", "mat", "h5", "hdf5"];
 
+/// The ending is that of a file that can be imported.
+pub(super) fn is_foreign(path: &Path) -> bool {
+    path.is_file()
+        && path.extension().and_then(|e| e.to_str()).is_some_and(|ending| ENDINGS.contains(&ending.to_ascii_lowercase().as_str()))
+}
+
 /// The table of a file of another program.
 ///
 /// # Errors
@@ -39,14 +46,18 @@ pub const ENDINGS: [&str; 11] = ["csv", "txt", "tsv", "dat", "asc", "lvm", "log"
 pub fn read_table(path: &Path, text: Option<&mapping::TextFormat>) -> Result<Table, LogError> {
     let ending = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
     match ending.as_deref() {
-        Some("csv" | "txt" | "tsv" | "dat" | "asc" | "lvm" | "log") => {
-            text::read(path, text.map(|t| Dialect { separator: t.separator, decimal: t.decimal, has_header: true }))
-        }
+        Some("csv" | "txt" | "tsv" | "dat" | "asc" | "lvm" | "log") => text::read(path, text.map(dialect)),
         Some("parquet") => parquet_table(path),
-        Some("mat") => mat::read(path),
+        // `save -ascii`, and Octave's own format, are text.
+        Some("mat") if !mat::is_text(path)? => mat::read(path),
+        Some("mat") => text::read(path, text.map(dialect)),
         Some("h5" | "hdf5") => hdf5::read(path),
         _ => Err(LogError::new(path, LogErrorKind::ForeignEnding)),
     }
+}
+
+fn dialect(text: &mapping::TextFormat) -> Dialect {
+    Dialect { separator: text.separator, decimal: text.decimal, has_header: true }
 }
 
 fn parquet_table(path: &Path) -> Result<Table, LogError> {

@@ -73,6 +73,7 @@ const NAMES: &[(&str, &[&str])] = &[
             "vel",
             "rate",
             "rpm",
+            "erpm",
             "drehzahl",
             "dq",
             "qdot",
@@ -103,6 +104,9 @@ const NAMES: &[(&str, &[&str])] = &[
             "phi",
             "encoder",
             "enc",
+            "counts",
+            "ticks",
+            "pulses",
             "q",
             "winkel",
             "ang",
@@ -163,6 +167,17 @@ pub(super) struct Named {
     pub setpoint: bool,
     /// It says that the quantity is that of the motor.
     pub of_motor: bool,
+    /// The duty of a bridge.
+    pub is_duty: bool,
+}
+
+/// Words for the duty of a bridge.
+const DUTY: &[&str] = &["pwm", "duty", "dutycycle"];
+
+/// The name is that of an electrical rate: the mechanical one times the pole pairs.
+pub(super) fn is_electrical_rate(name: &str) -> bool {
+    let words = words(name);
+    words.concat() == "erpm" || words.iter().any(|word| word == "erpm")
 }
 
 /// The columns of the project that a name may mean, the first in the order above.
@@ -174,7 +189,7 @@ pub(super) fn targets(name: &str) -> (Vec<&'static str>, Named) {
     let excluded = |target: &str| ELSEWHERE.iter().any(|(column, list)| *column == target && has(list));
     let found = NAMES.iter().filter(|(target, list)| named(list) && !excluded(target)).map(|(target, _)| *target);
     let found = if has(ABOUT) { Vec::new() } else { found.collect() };
-    (found, Named { setpoint: has(SETPOINT), of_motor: has(MOTOR) })
+    (found, Named { setpoint: has(SETPOINT), of_motor: has(MOTOR), is_duty: has(DUTY) })
 }
 
 /// The words of a name in lower case: parts between signs, and of CamelCase; a number at the end of a word is no part of it.

@@ -5,6 +5,7 @@
 //! and degrees Celsius are assumed unless the values contradict them.
 
 use super::guess::{Belief, Evidence, quantity_of};
+use super::names;
 use super::table::{Table, TableColumn};
 use super::units::{Quantity, Unit};
 use crate::statistics::Extremes;
@@ -63,6 +64,18 @@ pub enum Question {
         /// Counts per turn by comparison with the rate.
         per_turn: Option<CountsPerTurn>,
     },
+    /// The duty of a bridge: the voltage at `full` is the supply.
+    Duty {
+        /// The column of the file.
+        column: String,
+        /// Usual full scale that its values stay within.
+        full: u32,
+    },
+    /// An electrical rate: the mechanical one times the pole pairs of the motor.
+    PolePairs {
+        /// The column of the file.
+        column: String,
+    },
     /// Several columns may be the same quantity.
     Which {
         /// The column of the project.
@@ -97,6 +110,9 @@ const MIN_SLOPE_CORRELATION: f64 = 0.8;
 /// Relative distance to a usual number of counts per turn.
 const MAX_COUNTS_DEVIATION: f64 = 0.02;
 
+/// Full scales of a duty: a fraction, per cent, timers of 8, 10, 12 and 16 bits.
+const FULL_DUTIES: [u32; 6] = [1, 100, 255, 1023, 4095, 65_535];
+
 const ANGLES: [&str; 3] = ["rad", "deg", "rev"];
 const RATES: [&str; 4] = ["rad/s", "rpm", "deg/s", "rev/s"];
 /// Rates in whole numbers.
@@ -122,7 +138,12 @@ pub fn settle(table: &Table, list: &mut [Belief]) -> Vec<Question> {
             (None, _) => {}
         }
     }
-    for (belief, column) in list.iter_mut().zip(&table.columns).filter(|(b, _)| b.evidence == Evidence::NameOnly) {
+    for (belief, column) in list.iter().zip(&table.columns).filter(|(b, _)| b.is_duty && b.evidence == Evidence::NameOnly) {
+        let largest = finite(column).max_abs();
+        let full = FULL_DUTIES.into_iter().find(|full| largest <= f64::from(*full)).unwrap_or(u32::MAX);
+        questions.push(Question::Duty { column: belief.source.clone(), full });
+    }
+    for (belief, column) in list.iter_mut().zip(&table.columns).filter(|(b, _)| b.evidence == Evidence::NameOnly && !b.is_duty) {
         let Some(quantity) = belief.target.as_deref().and_then(quantity_of) else { continue };
         let (low, high) = finite(column).min_max();
         let largest = low.abs().max(high.abs());
@@ -230,6 +251,11 @@ fn motion(table: &Table, list: &mut [Belief]) -> Vec<Question> {
     let position = |target: &str| list.iter().position(|b| b.target.as_deref() == Some(target));
     let (t, theta, omega) = (position("t_s"), position("theta_rad"), position("omega_rad_s"));
     let open = |k: Option<usize>| k.filter(|k| list[*k].lacks_unit());
+    let mut questions = Vec::new();
+    // An electrical rate is compared with nothing until its pole pairs are known.
+    let electrical = open(omega).filter(|k| names::is_electrical_rate(&list[*k].source));
+    questions.extend(electrical.map(|k| Question::PolePairs { column: list[k].source.clone() }));
+    let omega = omega.filter(|_| electrical.is_none());
     let (open_theta, open_omega) = (open(theta), open(omega));
     let counts = open_theta.filter(|k| may_be_counts(&table.columns[*k]));
     let slope = match (t, theta, omega) {
@@ -240,7 +266,6 @@ fn motion(table: &Table, list: &mut [Belief]) -> Vec<Question> {
         }
         _ => None,
     };
-    let mut questions = Vec::new();
     if let Some(k) = counts {
         // Angle in counts = slope × integral of the rate in its unit.
         let rate = omega.filter(|_| open_omega.is_none()).and_then(|o| list[o].unit.as_ref());

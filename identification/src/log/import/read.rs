@@ -33,7 +33,10 @@ pub(super) fn contents(
 ) -> Result<FileContents, LogError> {
     let used = used_columns(path, table, mapping)?;
     let mut warnings = skipped_lines(table);
-    let mut complete = complete_rows(path, table, &used, &mut warnings)?;
+    // A column that nobody asked for costs no row, and a slow one is interpolated.
+    let asked: Vec<&Used> = used.iter().filter(|u| u.target == "t_s" || (selection.column)(u.target)).collect();
+    let needed: Vec<&Used> = asked.iter().copied().filter(|u| !is_slow(u)).collect();
+    let mut complete = complete_rows(path, table, &needed, &mut warnings)?;
     let mut notes = Notes::from(table.notes.clone());
     let time = used.iter().find(|u| u.target == "t_s");
     let mut runs = Vec::new();
@@ -45,7 +48,7 @@ pub(super) fn contents(
         // Rows that are left out leave a gap.
         (None, Some(rate_Hz)) => Some(complete.iter().map(|&row| row as f64 / rate_Hz).collect()),
         (Some(time), None) => {
-            without_repeated_rows(&used, &mut complete, &mut warnings);
+            without_repeated_rows(&needed, &mut complete, &mut warnings);
             let (times, zero_s) = times(path, time, &mut complete, &mut runs, &mut warnings)?;
             if let Some(zero_s) = zero_s {
                 notes.push_text("time_zero_s", format!("{zero_s}"));
@@ -63,12 +66,26 @@ pub(super) fn contents(
         columns.push(column);
     }
     let mut ignored: Vec<String> = Vec::new();
-    for Used { column, target, unit } in used.iter().filter(|u| u.target != "t_s") {
+    for one in used.iter().filter(|u| u.target != "t_s") {
+        let Used { column, target, unit } = one;
         if !(selection.column)(target) {
             ignored.push((*target).to_owned());
             continue;
         }
-        let mut values: Vec<f64> = complete.iter().map(|&row| column.values[row] + column.origin).collect();
+        let mut values: Vec<f64> = if is_slow(one) {
+            warnings.push(LogWarning::SlowColumn {
+                column: (*target).to_owned(),
+                readings: table.rows() - column.missing(),
+                rows: table.rows(),
+            });
+            interpolated(&column.values, &complete).into_iter().map(|value| value + column.origin).collect()
+        } else {
+            complete.iter().map(|&row| column.values[row] + column.origin).collect()
+        };
+        let is_raw = unit.as_ref().is_some_and(|u| matches!(u.quantity, Quantity::Rate | Quantity::Current | Quantity::Torque));
+        if is_raw && let Some((bits, form, rows)) = clock::sign_of_words(&mut values) {
+            warnings.push(LogWarning::SignedWords { column: column.name.clone(), bits, form, rows });
+        }
         if let Some(count_rad) = unit.as_ref().and_then(Unit::count_rad) {
             notes.push_text(format!("{target}_lsb"), format!("{count_rad}"));
             if let Some((bits, overflows)) = clock::continue_counter(&mut values) {
@@ -132,8 +149,36 @@ fn skipped_lines(table: &Table) -> Vec<LogWarning> {
     vec![LogWarning::LinesSkipped { lines: damaged.len(), line: first.line, text: first.text.clone() }]
 }
 
-/// Rows in which every used column has a number.
-fn complete_rows(path: &Path, table: &Table, used: &[Used], warnings: &mut Vec<LogWarning>) -> Result<Vec<usize>, LogError> {
+/// Quantities that change slowly beside a motion, which loggers read more rarely than it.
+const SLOW: [&str; 2] = ["temp_C", "supply_V"];
+/// Readings of a slow column at least.
+const MIN_SLOW_READINGS: usize = 2;
+
+/// A slow quantity that is not in every row, but in some.
+fn is_slow(used: &Used) -> bool {
+    let missing = used.column.missing();
+    SLOW.contains(&used.target) && missing > 0 && used.column.values.len() - missing >= MIN_SLOW_READINGS
+}
+
+/// The values in these rows, on straight lines between the readings; before the first and after the last reading its value.
+fn interpolated(values: &[f64], rows: &[usize]) -> Vec<f64> {
+    let readings: Vec<usize> = (0..values.len()).filter(|&row| values[row].is_finite()).collect();
+    let at = |row: &usize| {
+        let next = readings.partition_point(|reading| reading < row);
+        match (next.checked_sub(1).map(|k| readings[k]), readings.get(next).copied()) {
+            (Some(before), Some(after)) => {
+                let part = (row - before) as f64 / (after - before) as f64;
+                values[before] + part * (values[after] - values[before])
+            }
+            (Some(one), None) | (None, Some(one)) => values[one],
+            (None, None) => f64::NAN,
+        }
+    };
+    rows.iter().map(at).collect()
+}
+
+/// Rows in which every column that is needed has a number.
+fn complete_rows(path: &Path, table: &Table, used: &[&Used], warnings: &mut Vec<LogWarning>) -> Result<Vec<usize>, LogError> {
     let rows = table.rows();
     let complete: Vec<usize> = (0..rows).filter(|&row| used.iter().all(|u| u.column.values[row].is_finite())).collect();
     let left_out = rows - complete.len();
@@ -148,7 +193,7 @@ fn complete_rows(path: &Path, table: &Table, used: &[Used], warnings: &mut Vec<L
 }
 
 /// Leaves out rows that repeat the row before in all used columns.
-fn without_repeated_rows(used: &[Used], complete: &mut Vec<usize>, warnings: &mut Vec<LogWarning>) {
+fn without_repeated_rows(used: &[&Used], complete: &mut Vec<usize>, warnings: &mut Vec<LogWarning>) {
     let before = complete.len();
     let mut first = None;
     complete.dedup_by(|row, last| {

@@ -1,7 +1,7 @@
 //! Units of imported columns: spellings of laboratories, and their size in the unit of the project's columns.
 //!
-//! In: text such as `rpm`, `deg/s`, `mN m`, `counts:8192` (counts per turn), `0.047 V` (a factor before a unit). Out: a [`Unit`] with value
-//! in SI = scale × number + offset.
+//! In: text such as `rpm`, `deg/s`, `mN m`, `counts:8192` (counts per turn), `erpm:7` (pole pairs), `0.047 V` and `12/255 V` (a factor before
+//! a unit). Out: a [`Unit`] with value in SI = scale × number + offset.
 
 use std::f64::consts::{PI, TAU};
 
@@ -208,7 +208,7 @@ impl Unit {
     pub fn parse(text: &str) -> Option<Unit> {
         let text = text.trim();
         if let Some((factor, rest)) = text.split_once([' ', '*'])
-            && let Some(factor) = factor.parse::<f64>().ok().filter(|f| f.is_finite() && *f != 0.0)
+            && let Some(factor) = factor_of(factor).filter(|f| f.is_finite() && *f != 0.0)
         {
             let unit = Unit::parse(rest)?;
             return Some(Unit { text: text.to_owned(), scale: factor * unit.scale, offset: unit.offset, ..unit });
@@ -220,6 +220,7 @@ impl Unit {
             return match kind {
                 "count" | "counts" | "ticks" => new(Quantity::Angle, TAU / per_turn, 0.0, false),
                 "count/s" | "counts/s" | "ticks/s" => new(Quantity::Rate, TAU / per_turn, 0.0, false),
+                "erpm" => new(Quantity::Rate, TAU / 60.0 / per_turn, 0.0, false),
                 _ => None,
             };
         }
@@ -258,6 +259,14 @@ impl Unit {
     pub fn count_rad(&self) -> Option<f64> {
         let counts = ["count", "tick"].iter().any(|word| self.text.to_lowercase().starts_with(word));
         (counts && self.quantity == Quantity::Angle).then_some(self.scale.abs())
+    }
+}
+
+/// A number, or the quotient of two: `12/255`.
+fn factor_of(text: &str) -> Option<f64> {
+    match text.split_once('/') {
+        Some((dividend, divisor)) => Some(dividend.parse::<f64>().ok()? / divisor.parse::<f64>().ok()?),
+        None => text.parse().ok(),
     }
 }
 

@@ -8,10 +8,12 @@
 mod drive;
 mod magnitude;
 mod regress;
+mod response;
 mod slope;
 mod still;
 mod windows;
 
+pub use response::is_one as is_one_response;
 pub use slope::SLOPE_TOLERANCE;
 
 use crate::log::Log;
@@ -22,7 +24,7 @@ use crate::log::Log;
 pub enum DefectCode {
     /// The model's input is not a column of the log.
     MissingInput,
-    /// The input never changes.
+    /// The input never changes, and the motion is no response to it.
     ConstantInput,
     /// A measured channel never changes while others do.
     ConstantChannel,
@@ -83,7 +85,7 @@ pub enum Defect {
         /// The fault that ended the log.
         fault: Option<String>,
     },
-    /// The input is the same in all rows.
+    /// The input is the same in all rows, and the motion is no response to it.
     ConstantInput {
         /// The column.
         input: &'static str,

@@ -1,7 +1,7 @@
 //! Checks of single columns: motion, a varying input, decimals.
 
 use super::windows::{Windows, mean, sd};
-use super::{Defect, fault_that_ended};
+use super::{Defect, fault_that_ended, response};
 use crate::log::{Log, known};
 use crate::statistics::Extremes;
 
@@ -31,7 +31,7 @@ pub(super) fn check(log: &Log, input: &str) -> Vec<Defect> {
             defects.push(Defect::NoMotion { columns, fault: fault_that_ended(log) });
         }
     }
-    if is_constant(input_values) && input != "theta_rad" {
+    if is_constant(input_values) && input != "theta_rad" && !responds(log, input_values[0]) {
         defects.push(Defect::ConstantInput { input, value: input_values[0], fault: fault_that_ended(log) });
     }
     for column in MEASURED {
@@ -54,6 +54,18 @@ fn is_whole(values: &[f64]) -> bool {
 
 fn range(values: &[f64]) -> (f64, f64) {
     values.iter().copied().min_max()
+}
+
+/// The motion of each run is one response to a constant input: after a step, or coasting.
+fn responds(log: &Log, input: f64) -> bool {
+    log.runs().iter().all(|run| {
+        let of_run = |column: &str| log.column(column).map(|values| &values[run.rows.clone()]);
+        match (of_run("omega_rad_s"), of_run("theta_rad")) {
+            (Some(rate), _) => response::is_one(rate, input != 0.0),
+            (None, Some(theta)) => response::is_one(&response::rate_of(&log.t_s()[run.rows.clone()], theta), input != 0.0),
+            (None, None) => false,
+        }
+    })
 }
 
 /// The angle exceeds its quantum, or the rate its noise. True without either column.

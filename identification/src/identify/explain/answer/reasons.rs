@@ -218,6 +218,13 @@ pub enum Remark {
         /// Rms difference of two ways to fill the time between the samples, in the unit of the column.
         rms: f64,
     },
+    /// What is left is no more than the rounding of the input's column makes.
+    InputRounded {
+        /// The column of the input.
+        column: &'static str,
+        /// Its step, in its unit.
+        step: f64,
+    },
     /// What is left is no more than the unknown age of a sensor's newest sample makes.
     SampleAge {
         /// The channel.

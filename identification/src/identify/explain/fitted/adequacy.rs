@@ -19,6 +19,8 @@ use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 use drive_model::Coordinate;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::FittedModel;
 use super::likelihood::Whitener;
@@ -32,6 +34,7 @@ use crate::model::{Channel, Input};
 use crate::recording::PreparedLog;
 use crate::recording::prepare::is_of_sensor;
 use crate::recording::voltage::{self, InputTiming};
+use crate::statistics::Extremes;
 use crate::statistics::distributions::chi_squared_tail;
 
 /// What a model leaves.
@@ -126,7 +129,7 @@ fn above_white_noise<'m>(model: &'m FittedModel) -> impl Iterator<Item = &'m Cha
 /// value, leave different residuals. A misfit below that difference in every channel says nothing about the drive. The same holds where
 /// values of the row before are assumed and no note states them: they may be values at t, of which a loop makes the next one by what the
 /// drive did in between.
-pub fn input_between_samples(model: &FittedModel) -> Option<Remark> {
+fn input_between_samples(model: &FittedModel) -> Option<Remark> {
     let data = &model.data;
     let log = model.context.log;
     let column = data.driven.column();
@@ -142,6 +145,67 @@ pub fn input_between_samples(model: &FittedModel) -> Option<Remark> {
     let within = model.fit.channels.iter().zip(&excess).all(|(c, excess)| c.chi2_per_n() <= white + excess) && !depends_on_state(model);
     let rms = (error.iter().map(|e| e * e).sum::<f64>() / error.len().max(1) as f64).sqrt();
     within.then_some(Remark::InputBetweenSamples { column: data.driven.column(), rms })
+}
+
+/// Series of rounding errors that are drawn: their mean square response is then known to a tenth where it is that of many steps.
+const ROUNDINGS: usize = 4;
+
+/// Where the column of the input is rounded, the drive saw other values: even within a step of the column, others at each new value. A
+/// misfit below the response to such errors in every channel says nothing about the drive.
+fn rounded_input(model: &FittedModel) -> Option<Remark> {
+    let data = &model.data;
+    let log = model.context.log;
+    let column = data.driven.column();
+    let step = log.quantization_step(column).or_else(|| step_of_few_levels(log.column(column)?))?;
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(0);
+    let mut rounding = || {
+        let mut error = 0.0;
+        let mut before = f64::NAN;
+        let mut draw = |value: &f64| {
+            if *value != before {
+                (before, error) = (*value, step * (uniform(&mut random) - 0.5));
+            }
+            error
+        };
+        data.input.iter().map(&mut draw).collect::<Vec<f64>>()
+    };
+    let mut excess = vec![0.0; data.channels.len()];
+    for _ in 0..ROUNDINGS {
+        let of_one = residual::excess_of_input_error(log, data, &model.fit, &rounding())?;
+        excess.iter_mut().zip(of_one).for_each(|(sum, one)| *sum += one / ROUNDINGS as f64);
+    }
+    let white = model.context.criteria.noise.invisible;
+    let within = model.fit.channels.iter().zip(&excess).all(|(c, excess)| c.chi2_per_n() <= white + excess) && !depends_on_state(model);
+    within.then_some(Remark::InputRounded { column, step })
+}
+
+/// Changes of a value from which on its levels are those of a rounding.
+const MIN_CHANGES: usize = 50;
+/// Part of them by one step, at least: a rounded signal passes its levels in order, a setpoint jumps.
+const MIN_BY_ONE_STEP: f64 = 0.9;
+/// Part of a step by which levels may differ from whole steps.
+const LEVEL_TOLERANCE: f64 = 1e-3;
+
+/// Step of values that are rounded so coarsely that they have few levels; `None` for a setpoint.
+fn step_of_few_levels(values: &[f64]) -> Option<f64> {
+    let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|change| *change > 0.0).collect();
+    let step = changes.iter().copied().min_or_infinity();
+    let is_whole = |change: &f64| (change / step - (change / step).round()).abs() < LEVEL_TOLERANCE;
+    let by_one = changes.iter().filter(|change| **change < 1.5 * step).count();
+    let is_rounded =
+        changes.len() >= MIN_CHANGES && changes.iter().all(is_whole) && by_one as f64 >= MIN_BY_ONE_STEP * changes.len() as f64;
+    let (low, high) = values.iter().copied().min_max();
+    (is_rounded && high - low > 1.5 * step).then_some(step)
+}
+
+/// A random number from 0 to 1.
+fn uniform(random: &mut impl Rng) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// What is left is no more than is unknown about the input.
+pub fn within_unknown_input(model: &FittedModel) -> Option<Remark> {
+    input_between_samples(model).or_else(|| rounded_input(model))
 }
 
 /// A part of the residual depends on rate, angle or temperature. What an input does between its samples follows its changes, not these.

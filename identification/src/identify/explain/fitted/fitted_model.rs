@@ -199,9 +199,15 @@ impl<'a> FittedModel<'a> {
         residual::misfits(self.context.log, &self.data, &self.fit)
     }
 
-    /// Gain that an effect needs beside this model: where only noise is left, a small one may be an error of the simulation.
+    /// Gain that an effect needs beside this model: where only noise is left, a small one may be an error of the simulation; infinite where
+    /// all residuals are within the resolution of readings at rest.
     pub fn min_gain(&self) -> f64 {
-        if self.misfit() <= MisfitClass::Invisible { self.context.criteria.evidence.min_gain_at_noise } else { 0.0 }
+        let evidence = &self.context.criteria.evidence;
+        match self.misfit() {
+            _ if self.chi2_per_n() < evidence.min_chi2_per_n => f64::INFINITY,
+            MisfitClass::Noise | MisfitClass::Invisible => evidence.min_gain_at_noise,
+            _ => 0.0,
+        }
     }
 
     /// χ²/n of the worst channel relative to the noise that `other` found, on the fitted and on the held-out rows. The residual of a wrong

@@ -21,6 +21,7 @@ fn compared(shows: Channel, mean_before_s: Option<f64>) -> ComparedChannel<'stat
         instant: false,
         quantum: None,
         outliers: None,
+        limited_rows: 0,
         magnitude: false,
     }
 }

@@ -14,10 +14,13 @@ use std::path::Path;
 
 use super::table::{Dialect, SkipReason, SkippedLine, Table, TableColumn};
 use crate::log::error::{LogError, LogErrorKind};
-use cells::{Cell, cell, is_missing, number, seconds, split};
+use crate::log::limits;
+use cells::{Cell, cell, is_missing, number, seconds, split, unquote};
 
 /// Lines from which the separators and the kinds of the columns are found.
 const SAMPLED_LINES: usize = 400;
+/// First lines by which the number of columns is limited.
+const WIDTH_LINES: usize = 100;
 /// Fraction of numeric cells that makes a line a row, and a column one of numbers.
 const MIN_NUMERIC_FRACTION: f64 = 0.5;
 /// Fraction of lines among the rows that may be no rows.
@@ -54,6 +57,11 @@ fn parse(text: &str, stated: Option<Dialect>) -> Result<Table, LogErrorKind> {
     }
     let lines: Vec<Line> = text.lines().enumerate().map(|(k, line)| (k + 1, line.trim_end_matches('\r'))).collect();
     let plain: Vec<Line> = lines.iter().copied().filter(|(_, l)| !l.trim().is_empty() && comment(l).is_none()).collect();
+    // Before anything looks at single cells.
+    for (_, line) in plain.iter().take(WIDTH_LINES) {
+        let cells = SEPARATORS.iter().map(|separator| split(line, *separator).take(limits::MAX_COLUMNS + 1).count());
+        limits::check_columns(cells.max().unwrap_or(0))?;
+    }
     if plain.is_empty() {
         return Err(if lines.iter().any(|(_, l)| !l.trim().is_empty()) { LogErrorKind::NotesOnly } else { LogErrorKind::Empty });
     }
@@ -68,6 +76,7 @@ fn parse(text: &str, stated: Option<Dialect>) -> Result<Table, LogErrorKind> {
         None => separators(&plain).ok_or_else(|| no_numbers(&plain))?,
     };
     let layout = Layout::of(&plain, separator, decimal).ok_or_else(|| no_numbers(&plain))?;
+    limits::check_size(plain.len(), layout.width)?;
     let first = plain.iter().position(|(_, l)| layout.is_first_row(l)).ok_or_else(|| no_numbers(&plain))?;
     let head = header::header(&plain[..first], &lines, plain[first].0, &layout)?;
     let mut columns: Vec<TableColumn> = (0..layout.width)
@@ -239,7 +248,10 @@ impl Layout {
     /// The line is a row without text in a column of numbers, as facts before the header have it: `Probe Attenuation,1,10`.
     fn is_first_row(&self, line: &str) -> bool {
         let is_text = |(cell, kind): (&Cell, &ColumnKind)| *kind == ColumnKind::Number && *cell == Cell::Text;
-        self.row(line, &mut self.origins()).is_ok_and(|cells| !cells.iter().zip(&self.kinds).any(is_text))
+        let is_one_of_numbers = |cells: Vec<Cell>| {
+            cells.iter().any(|cell| matches!(cell, Cell::Number(_) | Cell::Time(_))) && !cells.iter().zip(&self.kinds).any(is_text)
+        };
+        self.row(line, &mut self.origins()).is_ok_and(is_one_of_numbers)
     }
 
     /// The cells of a line, or why it is no row. The origins change if it is one.
@@ -247,6 +259,10 @@ impl Layout {
         let mut found = Vec::with_capacity(self.width);
         let mut zeros: Vec<Option<i64>> = origins.to_vec();
         let (mut numbers, mut texts) = (0, 0);
+        // In a table of one column a line without a value is a row all the same: the rows after it have their times.
+        if self.width == 1 && !line.trim().is_empty() && is_missing(unquote(line)) {
+            return Ok(vec![Cell::Missing]);
+        }
         for text in split(line, self.separator) {
             let Some(zero) = zeros.get_mut(found.len()) else {
                 // More cells than columns: a comment, or two lines in one.

@@ -13,6 +13,7 @@ use super::{Scan, angle};
 use crate::identify::explain::criteria::HarmonicCriteria;
 use crate::identify::explain::fitted::FittedModel;
 use crate::model::Input;
+use crate::statistics::robust::median;
 
 /// Periods that are worth an exact screening, the best first.
 #[derive(Debug, Clone, Default)]
@@ -40,7 +41,7 @@ impl Periods {
     }
 }
 
-/// The best periods that the model does not have yet.
+/// The best periods that neither the model nor the excitation has.
 pub fn search_periods(base: &FittedModel) -> Periods {
     let (data, criteria) = (&base.data, &base.context.criteria.harmonics);
     let mut periods = Periods::default();
@@ -54,10 +55,43 @@ pub fn search_periods(base: &FittedModel) -> Periods {
     }
     let phase = Phase::of_time(data);
     let highest_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
-    let (found, tested) = Scan::new(base, &phase.rad).best_periods(&phase, highest_Hz, &known(base, PeriodOf::Time), criteria);
+    let mut taken = known(base, PeriodOf::Time);
+    taken.extend(excitation_lines(base, &phase, highest_Hz));
+    let (found, tested) = Scan::new(base, &phase.rad).best_periods(&phase, highest_Hz, &taken, criteria);
     periods.frequencies_Hz = found;
     periods.tested += tested;
     periods
+}
+
+/// Commands of a loop: what they contain was asked for. The voltage of a loop also has what the loop answers to a torque.
+const COMMANDS: [&str; 2] = ["rate_cmd_rad_s", "theta_cmd_rad"];
+/// Power of a line over the median around it, from which on it is a line. In noise or a continuous spectrum such a ratio does not occur; the
+/// leakage of a line by the ends of the log is about a six-hundredth.
+const MIN_LINE_RATIO: f64 = 100.0;
+/// Lines of the transform on each side for that median.
+const LINE_NEIGHBOURS: usize = 64;
+/// Lines of a voltage from which on it is a periodic excitation: one or two may be what a loop answers to a periodic torque.
+const MIN_VOLTAGE_LINES: usize = 3;
+
+/// Frequencies of a periodic excitation, Hz. What the model leaves there is the excitation's: its course within the rows, a delay. A torque
+/// of just this frequency cannot be told from it.
+fn excitation_lines(base: &FittedModel, phase: &Phase, highest_Hz: f64) -> Vec<f64> {
+    let varies = |column: &&[f64]| column.windows(2).any(|w| w[0] != w[1]);
+    let command = COMMANDS.into_iter().filter_map(|name| base.context.log.column(name)).find(varies);
+    let excitation = command.unwrap_or(&base.data.input);
+    let mean = excitation.iter().sum::<f64>() / excitation.len().max(1) as f64;
+    let centred: Vec<f64> = excitation.iter().map(|v| v - mean).collect();
+    let Some(lines) = PhaseLines::of(phase, &centred, base.context.criteria.harmonics.min_periods_in_log, highest_Hz) else {
+        return Vec::new();
+    };
+    let power: Vec<f64> = lines.transform.iter().map(|sum| sum.norm_sqr()).collect();
+    let is_line = |k: &usize| {
+        let around = &power[k.saturating_sub(LINE_NEIGHBOURS)..(k + LINE_NEIGHBOURS + 1).min(power.len())];
+        let is_peak = power[*k] > power[k - 1] && power[*k] >= power[k + 1];
+        is_peak && power[*k] > MIN_LINE_RATIO * median(around.iter().copied()).unwrap_or(f64::INFINITY)
+    };
+    let found: Vec<f64> = (1..power.len().saturating_sub(1)).filter(is_line).map(|k| lines.order(k)).collect();
+    if command.is_some() || found.len() >= MIN_VOLTAGE_LINES { found } else { Vec::new() }
 }
 
 /// The periods that the model has.
