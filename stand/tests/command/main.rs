@@ -22,5 +22,6 @@ mod observer_command;
 mod options;
 mod record_store;
 mod records_command;
+mod session_page;
 mod shell_command;
 mod stability_command;

@@ -4,7 +4,7 @@
 //! Nothing is used without consent: the user accepts a [`Belief`] or states something else.
 
 use super::names::{self, own_name, targets};
-use super::programs;
+use super::programs::Program;
 use super::table::{Table, TableColumn};
 use super::units::{Quantity, Unit, UnitMark, split_name};
 use crate::log::{axis, known, plausible};
@@ -108,7 +108,7 @@ const MAX_STEP_SPREAD: f64 = 0.5;
 
 /// Beliefs about all columns of a table, in their order.
 pub fn beliefs(table: &Table) -> Vec<Belief> {
-    let mut list = programs::beliefs(table).unwrap_or_else(|| by_names_and_values(table));
+    let mut list = Program::of(table).map_or_else(|| by_names_and_values(table), |program| by_program(table, program));
     let mut taken: Vec<String> = list.iter().filter_map(|b| b.target.clone()).collect();
     for (belief, column) in list.iter_mut().zip(&table.columns) {
         if belief.evidence == Evidence::Unknown && belief.target.is_none() && !column.is_text() && is_usable(column) {
@@ -124,6 +124,17 @@ pub fn beliefs(table: &Table) -> Vec<Belief> {
         }
     }
     list
+}
+
+/// What the program states that has written the table; its other columns are not used.
+fn by_program(table: &Table, program: &Program) -> Vec<Belief> {
+    let belief = |column: &TableColumn| {
+        let unknown = Belief::unknown(&column.name);
+        let Some((target, unit)) = program.meaning(&column.name) else { return unknown };
+        let evidence = if unit.is_some() { Evidence::Program(program.name) } else { Evidence::NameOnly };
+        Belief { target: Some(target.to_owned()), unit: unit.and_then(Unit::parse), evidence, ..unknown }
+    };
+    table.columns.iter().map(belief).collect()
 }
 
 fn by_names_and_values(table: &Table) -> Vec<Belief> {

@@ -1,13 +1,11 @@
 //! Programs whose logs state what each column is by their header alone, with the units of their documentation.
 
-use super::guess::{Belief, Evidence};
 use super::table::Table;
-use super::units::Unit;
 
 /// A program that writes logs.
-struct Program {
+pub(super) struct Program {
     /// Name for messages.
-    name: &'static str,
+    pub name: &'static str,
     /// Columns by which its header is recognised: all of them.
     header: &'static [&'static str],
     /// Column of the file, column of the project, unit. No unit: the user is asked.
@@ -28,18 +26,15 @@ const PROGRAMS: [Program; 1] = [Program {
     ],
 }];
 
-/// What the columns are, in their order, where the header is that of a known program; its other columns are not used.
-pub(super) fn beliefs(table: &Table) -> Option<Vec<Belief>> {
-    let has = |name: &&str| table.columns.iter().any(|c| c.name == **name);
-    let program = PROGRAMS.iter().find(|program| program.header.iter().all(|name| has(&name)))?;
-    let belief = |name: &str| {
-        let mut belief = Belief::unknown(name);
-        if let Some((_, target, unit)) = program.columns.iter().find(|(column, ..)| *column == name) {
-            belief.target = Some((*target).to_owned());
-            belief.unit = unit.and_then(Unit::parse);
-            belief.evidence = if unit.is_some() { Evidence::Program(program.name) } else { Evidence::NameOnly };
-        }
-        belief
-    };
-    Some(table.columns.iter().map(|column| belief(&column.name)).collect())
+impl Program {
+    /// The program whose header a table has.
+    pub fn of(table: &Table) -> Option<&'static Program> {
+        let has = |name: &&str| table.columns.iter().any(|c| c.name == **name);
+        PROGRAMS.iter().find(|program| program.header.iter().all(|name| has(&name)))
+    }
+
+    /// Column of the project and unit of a column of the file; `None` for one that is not used.
+    pub fn meaning(&self, column: &str) -> Option<(&'static str, Option<&'static str>)> {
+        self.columns.iter().find(|(name, ..)| *name == column).map(|(_, target, unit)| (*target, *unit))
+    }
 }

@@ -151,8 +151,12 @@ fn input_between_samples(model: &FittedModel) -> Option<Remark> {
 const ROUNDINGS: usize = 4;
 
 /// Where the column of the input is rounded, the drive saw other values: even within a step of the column, others at each new value. A
-/// misfit below the response to such errors in every channel says nothing about the drive.
+/// misfit below the response to such errors in every channel says nothing about the drive. Levels that are held for long have the same
+/// error for as long, so that the misfit may follow the rate; effects of which a small part stands out are then not named.
 fn rounded_input(model: &FittedModel) -> Option<Remark> {
+    if model.misfit() <= MisfitClass::Invisible {
+        return None;
+    }
     let data = &model.data;
     let log = model.context.log;
     let column = data.driven.column();
@@ -175,7 +179,7 @@ fn rounded_input(model: &FittedModel) -> Option<Remark> {
         excess.iter_mut().zip(of_one).for_each(|(sum, one)| *sum += one / ROUNDINGS as f64);
     }
     let white = model.context.criteria.noise.invisible;
-    let within = model.fit.channels.iter().zip(&excess).all(|(c, excess)| c.chi2_per_n() <= white + excess) && !depends_on_state(model);
+    let within = model.fit.channels.iter().zip(&excess).all(|(c, excess)| c.chi2_per_n() <= white + excess);
     within.then_some(Remark::InputRounded { column, step })
 }
 
