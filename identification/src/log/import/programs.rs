@@ -29,8 +29,8 @@ const PROGRAMS: [Program; 1] = [Program {
 impl Program {
     /// The program whose header a table has.
     pub fn of(table: &Table) -> Option<&'static Program> {
-        let has = |name: &&str| table.columns.iter().any(|c| c.name == **name);
-        PROGRAMS.iter().find(|program| program.header.iter().all(|name| has(&name)))
+        let has = |name: &str| table.columns.iter().any(|c| c.name == name);
+        PROGRAMS.iter().find(|program| program.header.iter().all(|name| has(name)))
     }
 
     /// Column of the project and unit of a column of the file; `None` for one that is not used.
