@@ -73,8 +73,8 @@ pub enum LogErrorKind {
     /// The name of the file ends neither in `.csv` nor in `.parquet`.
     #[error("the name of a log must end in .csv or .parquet; the ending selects the format")]
     Ending,
-    /// A file of another program, of which no import file says what its columns are.
-    #[error("it is a file of another program, and {0} beside it, which says what its columns are, does not exist or is of another file")]
+    /// A file of another program without an import file, which says what its columns are.
+    #[error("a file of another program needs an import file beside it; {0} does not exist, or belongs to another file")]
     NotImported(String),
     /// The file cannot be opened or read.
     #[error("cannot be read: {0}")]

@@ -15,13 +15,13 @@ mod csv;
 mod csv_write;
 mod error;
 pub mod import;
-mod limited;
 mod limits;
 mod notes;
 mod one_column;
 mod parquet;
 pub mod plausible;
 mod quantization;
+mod saturation;
 mod time_base;
 mod unwrap;
 mod warning;
@@ -37,9 +37,9 @@ pub use block_writer::BlockWriter;
 pub use columns::{KNOWN, KnownColumn, known};
 pub use csv_write::CsvWriter;
 pub use error::{LogError, LogErrorKind};
-pub(crate) use limited::rows_at_limits;
 pub use notes::{FaultNote, Note, Notes, Provenance, RateSource, VoltageSource, microseconds, timestamp};
 pub use one_column::{OneColumn, times};
+pub(crate) use saturation::rows_at_limits;
 pub use warning::{LogWarning, WordForm};
 
 /// A step in time above this number of median intervals is a gap, if the jitter of the time is small.

@@ -86,6 +86,7 @@ fn read_columns(path: &Path, selection: &mut Selection<'_>) -> Result<FileConten
             is_time: column.name == "t_s" && !lenient,
             lenient,
             rows: 0,
+            expected: rows,
             last: f64::NEG_INFINITY,
             values: &mut column.values,
             times: None,
@@ -202,6 +203,8 @@ struct ColumnSink<'a, 'b, 'c> {
     is_time: bool,
     lenient: bool,
     rows: usize,
+    /// Rows that the file states.
+    expected: usize,
     last: f64,
     values: &'a mut Vec<f64>,
     times: Option<&'b mut (dyn FnMut(f64) + 'c)>,
@@ -248,6 +251,9 @@ impl ColumnSink<'_, '_, '_> {
     #[inline]
     fn one(&mut self, value: f64) -> Result<(), LogError> {
         self.rows += 1;
+        if self.rows > self.expected {
+            return Err(self.error(LogErrorKind::Parquet(format!("more than the {} values that are stated", self.expected))));
+        }
         if !value.is_finite() && !self.lenient {
             return Err(self.error(LogErrorKind::NotFinite(value.to_string())).row(self.rows));
         }

@@ -11,7 +11,7 @@ use super::{read, read_table};
 use crate::files;
 use crate::log::error::LogError;
 use crate::log::warning::LogWarning;
-use crate::log::{Intervals, Log, Selection, known, limited, quantization};
+use crate::log::{Intervals, Log, Selection, known, quantization, saturation};
 use crate::statistics::Extremes;
 
 /// One column.
@@ -198,7 +198,7 @@ fn column_inspection(belief: Belief, column: &TableColumn) -> ColumnInspection {
     let range = (!values.is_empty()).then(|| values.iter().copied().min_max());
     let is_constant = range.is_some_and(|(low, high)| low == high);
     let is_time = belief.target.as_deref() == Some("t_s");
-    let saturated_rows = if is_time { 0 } else { limited::rows_at_limits(&values).len() };
+    let saturated_rows = if is_time { 0 } else { saturation::rows_at_limits(&values).len() };
     ColumnInspection {
         range,
         missing: column.missing(),

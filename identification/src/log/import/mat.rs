@@ -73,8 +73,10 @@ fn parse(bytes: &[u8]) -> Result<Table, LogErrorKind> {
         if kind == data_type::COMPRESSED {
             let mut inner = Vec::new();
             // A stream without its end still gives its bytes.
-            let read = ZlibDecoder::new(data).take(limits::max_values().saturating_mul(NUMBER_BYTES)).read_to_end(&mut inner);
+            let most = limits::max_values().saturating_add(1).saturating_mul(NUMBER_BYTES);
+            let read = ZlibDecoder::new(data).take(most).read_to_end(&mut inner);
             read.map_err(|_| LogErrorKind::Matlab("a compressed variable is damaged"))?;
+            limits::check_size(inner.len() / NUMBER_BYTES as usize, 1)?;
             if let Some((data_type::MATRIX, data)) = (Elements { bytes: &inner, little }).next()? {
                 matrix(data, little, "", 0, &mut arrays)?;
             }

@@ -12,7 +12,7 @@ pub(super) struct Program {
     columns: &'static [(&'static str, &'static str, Option<&'static str>)],
 }
 
-/// VESC Tool 6, Data Analysis, Log Analysis: the file that its real-time log writes. The rate is electrical.
+/// The real-time log of VESC Tool, by its header. The rate is electrical.
 const PROGRAMS: [Program; 1] = [Program {
     name: "VESC Tool",
     header: &["ms_today", "input_voltage", "current_motor", "erpm", "duty_cycle"],

@@ -140,7 +140,7 @@ pub fn settle(table: &Table, list: &mut [Belief]) -> Vec<Question> {
     }
     for (belief, column) in list.iter().zip(&table.columns).filter(|(b, _)| b.is_duty && b.evidence == Evidence::NameOnly) {
         let largest = finite(column).max_abs();
-        let full = FULL_DUTIES.into_iter().find(|full| largest <= f64::from(*full)).unwrap_or(u32::MAX);
+        let full = FULL_DUTIES.into_iter().find(|full| largest <= f64::from(*full)).unwrap_or(FULL_DUTIES[FULL_DUTIES.len() - 1]);
         questions.push(Question::Duty { column: belief.source.clone(), full });
     }
     for (belief, column) in list.iter_mut().zip(&table.columns).filter(|(b, _)| b.evidence == Evidence::NameOnly && !b.is_duty) {

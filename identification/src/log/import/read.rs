@@ -35,6 +35,8 @@ pub(super) fn contents(
     let mut warnings = skipped_lines(table);
     // A column that nobody asked for costs no row, and a slow one is interpolated.
     let asked: Vec<&Used> = used.iter().filter(|u| u.target == "t_s" || (selection.column)(u.target)).collect();
+    // A column that is read alone, as for an Allan deviation, keeps its gaps.
+    let is_slow = |u: &Used| asked.iter().filter(|a| a.target != "t_s").count() > 1 && is_slow(u);
     let needed: Vec<&Used> = asked.iter().copied().filter(|u| !is_slow(u)).collect();
     let mut complete = complete_rows(path, table, &needed, &mut warnings)?;
     let mut notes = Notes::from(table.notes.clone());

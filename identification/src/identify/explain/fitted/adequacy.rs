@@ -129,7 +129,7 @@ fn above_white_noise<'m>(model: &'m FittedModel) -> impl Iterator<Item = &'m Cha
 /// value, leave different residuals. A misfit below that difference in every channel says nothing about the drive. The same holds where
 /// values of the row before are assumed and no note states them: they may be values at t, of which a loop makes the next one by what the
 /// drive did in between.
-fn input_between_samples(model: &FittedModel) -> Option<Remark> {
+pub fn input_between_samples(model: &FittedModel) -> Option<Remark> {
     let data = &model.data;
     let log = model.context.log;
     let column = data.driven.column();
@@ -147,27 +147,23 @@ fn input_between_samples(model: &FittedModel) -> Option<Remark> {
     within.then_some(Remark::InputBetweenSamples { column: data.driven.column(), rms })
 }
 
-/// Series of rounding errors that are drawn: their mean square response is then known to a tenth where it is that of many steps.
+/// Series of rounding errors that are drawn; their mean square response is averaged.
 const ROUNDINGS: usize = 4;
 
 /// Where the column of the input is rounded, the drive saw other values: even within a step of the column, others at each new value. A
-/// misfit below the response to such errors in every channel says nothing about the drive. Levels that are held for long have the same
-/// error for as long, so that the misfit may follow the rate; effects of which a small part stands out are then not named.
-fn rounded_input(model: &FittedModel) -> Option<Remark> {
-    if model.misfit() <= MisfitClass::Invisible {
-        return None;
-    }
+/// misfit below the response to such errors in every channel, in which no effect has evidence, says nothing about the drive.
+pub fn rounded_input(model: &FittedModel) -> Option<Remark> {
     let data = &model.data;
     let log = model.context.log;
     let column = data.driven.column();
     let step = log.quantization_step(column).or_else(|| step_of_few_levels(log.column(column)?))?;
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(0);
+    let mut generator = Xoshiro256PlusPlus::seed_from_u64(0);
     let mut rounding = || {
         let mut error = 0.0;
         let mut before = f64::NAN;
         let mut draw = |value: &f64| {
             if *value != before {
-                (before, error) = (*value, step * (uniform(&mut random) - 0.5));
+                (before, error) = (*value, step * rounding_error(&mut generator));
             }
             error
         };
@@ -179,7 +175,7 @@ fn rounded_input(model: &FittedModel) -> Option<Remark> {
         excess.iter_mut().zip(of_one).for_each(|(sum, one)| *sum += one / ROUNDINGS as f64);
     }
     let white = model.context.criteria.noise.invisible;
-    let within = model.fit.channels.iter().zip(&excess).all(|(c, excess)| c.chi2_per_n() <= white + excess);
+    let within = model.fit.channels.iter().zip(&excess).all(|(c, excess)| c.chi2_per_n() <= white + excess) && !depends_on_state(model);
     within.then_some(Remark::InputRounded { column, step })
 }
 
@@ -202,14 +198,9 @@ fn step_of_few_levels(values: &[f64]) -> Option<f64> {
     (is_rounded && high - low > 1.5 * step).then_some(step)
 }
 
-/// A random number from 0 to 1.
-fn uniform(random: &mut impl Rng) -> f64 {
-    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-}
-
-/// What is left is no more than is unknown about the input.
-pub fn within_unknown_input(model: &FittedModel) -> Option<Remark> {
-    input_between_samples(model).or_else(|| rounded_input(model))
+/// An error of rounding in steps: even between −½ and ½.
+fn rounding_error(generator: &mut impl Rng) -> f64 {
+    (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5
 }
 
 /// A part of the residual depends on rate, angle or temperature. What an input does between its samples follows its changes, not these.

@@ -13,7 +13,7 @@ use super::unfinished::SearchState;
 use crate::identify::explain::answer::reasons::Progress;
 use crate::identify::explain::candidates::compare::adding_step;
 use crate::identify::explain::fitted::FittedModel;
-use crate::identify::explain::fitted::adequacy::within_unknown_input;
+use crate::identify::explain::fitted::adequacy::input_between_samples;
 use crate::identify::fit::FitError;
 
 /// Adds effects to the `given` model as long as the evidence supports it; from the stages of a `state`, where there is one.
@@ -69,9 +69,9 @@ fn add_effects(search: &mut Search, progress: &(dyn Fn(&Progress) + Sync)) -> Re
         if search.added.len() >= criteria.search.max_added {
             return Ok(Termination::MostAdded);
         }
-        if within_unknown_input(base).is_some() {
+        if input_between_samples(base).is_some() {
             // An effect that fits better now may imitate the unknown input.
-            return Ok(Termination::UnknownInput);
+            return Ok(Termination::InputBetweenSamples);
         }
         progress(&Progress::Trying { added: search.added.last().map(|a| a.name.clone()) });
         let mut step = adding_step(base);

@@ -12,8 +12,8 @@ pub enum Termination {
     NoEvidence,
     /// As many effects as allowed were added.
     MostAdded,
-    /// What is unknown about the input, between its samples or below its resolution, explains what is left.
-    UnknownInput,
+    /// The input between its samples explains what is left.
+    InputBetweenSamples,
     /// It came back to effects that it had.
     Repeated,
     /// The last effects removed hardly anything.

@@ -5,7 +5,7 @@ use crate::identify::explain::answer::OpenPart;
 use crate::identify::explain::answer::reasons::Remark;
 use crate::identify::explain::answer::{Shape, Verdict};
 use crate::identify::explain::criteria::MisfitClass;
-use crate::identify::explain::fitted::adequacy::{Adequacy, adequacy, sample_age, within_unknown_input};
+use crate::identify::explain::fitted::adequacy::{Adequacy, adequacy, input_between_samples, rounded_input, sample_age};
 use crate::identify::explain::search::path::{Search, bic_difference};
 
 /// The verdict, and the shape of what no effect explains. A budget that ends the search or the search for unknown structures leaves no
@@ -48,7 +48,7 @@ fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
     if invisible {
         return (adequate, Vec::new());
     }
-    if let Some(remark) = within_unknown_input(last).or_else(|| sample_age(last)) {
+    if let Some(remark) = input_between_samples(last).or_else(|| rounded_input(last)).or_else(|| sample_age(last)) {
         search.remarks.push(remark);
         return (adequate, Vec::new());
     }
