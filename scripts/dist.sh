@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# An archive for people who do not compile: `stand` for every x86-64 Linux, the image of the controller, man pages, completions, licences,
-# SHA-256. A test unpacks it in an empty folder and runs the main job.
+# An archive for people who do not compile: `stand` for every x86-64 Linux, its build for x86-64-v3, which it continues as where the processor
+# allows (stand/src/processor.rs), the image of the controller, man pages, completions, licences, SHA-256. The archive is unpacked in an
+# empty folder and does the main job, once with each build; both must write the same models.
 # Usage: scripts/dist.sh [FOLDER]; the archive is left in FOLDER, default target/dist. The image is left out where scripts/build-firmware.sh
 # has not built it.
 # DIST_PROFILE=dev packs the program of `cargo run`, for this machine only.
@@ -16,10 +17,13 @@ folder="$work/$name"
 mkdir -p "$folder" "$out"
 
 if [ "${DIST_PROFILE:-dist}" = dist ]; then
-    # `.cargo/config.toml` compiles for this machine. The folder is the wheel's, so that builds for both kinds of machine do not replace
-    # each other.
+    # `.cargo/config.toml` compiles for this machine. A folder for each kind of processor, the first one the wheel's, so that builds do not
+    # replace each other.
     RUSTFLAGS=-Ctarget-cpu=x86-64 CARGO_TARGET_DIR="$target/baseline" cargo build --profile dist -p stand
+    RUSTFLAGS=-Ctarget-cpu=x86-64-v3 CARGO_TARGET_DIR="$target/x86-64-v3" cargo build --profile dist -p stand
     cp "$target/baseline/dist/stand" "$folder/stand"
+    mkdir "$folder/lib"
+    cp "$target/x86-64-v3/dist/stand" "$folder/lib/stand-$version-x86-64-v3"
 else
     cargo build -p stand
     cp "$target/debug/stand" "$folder/stand"
@@ -51,10 +55,20 @@ mkdir "$work/empty"
     (cd "$out" && sha256sum --check --quiet "$name.tar.gz.sha256")
     tar -xzf "$out/$name.tar.gz"
     (cd "$name" && sha256sum --check --quiet SHA256SUMS)
-    env -i HOME="$work/empty" "$name/stand" >session.txt
+    mkdir as-unpacked without-lib
+    (cd as-unpacked && env -i HOME="$work/empty" "../$name/stand" >session.txt)
     for page in nominal.html fitted.html explained.html; do
-        grep -q '</html>' "out/$page"
+        grep -q '</html>' "as-unpacked/out/$page"
     done
-    grep -q "Missing effect" session.txt
+    grep -q "Missing effect" as-unpacked/session.txt
+    if [ -d "$name/lib" ]; then
+        mv "$name/lib" lib
+        (cd without-lib && env -i HOME="$work/empty" "../$name/stand" >session.txt)
+        # Pages and the log hold the date, and the time that was needed.
+        diff as-unpacked/session.txt without-lib/session.txt
+        for model in nominal fitted explained; do
+            diff "as-unpacked/out/$model.toml" "without-lib/out/$model.toml"
+        done
+    fi
 )
 echo "the unpacked archive runs the main job"

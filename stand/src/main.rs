@@ -26,6 +26,7 @@ mod model;
 mod observer;
 mod output;
 mod panel;
+mod processor;
 mod profile;
 mod record;
 mod records;
@@ -124,6 +125,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    processor::continue_as_faster_build();
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
