@@ -26,6 +26,12 @@ pub enum NotShown {
     ZeroVariance,
     /// A transient at the beginning would be taken for slow noise.
     Transient,
+    /// A periodic motion of which the record has few periods would be taken for slow noise.
+    FewPeriods,
+    /// The longest averages do not follow the processes.
+    LongTimesOmitted,
+    /// The least significant bit of the column hides the noise.
+    CoarseResolution,
     /// The level steps too often.
     ManySteps,
     /// The coefficient is not significant in this record.
@@ -46,7 +52,28 @@ pub enum Note {
     NoCoefficients(NotShown),
     /// The level steps; the record is divided there.
     Steps(Vec<LevelStep>),
-    /// A transient at the beginning; slow noise is not given.
+    /// Wild rows, which were replaced by the level beside them.
+    WildRows {
+        /// Their number.
+        count: usize,
+        /// The largest deviation, in the unit of the answer.
+        largest: f64,
+        /// Allan deviation of single rows with them and without, in the unit of the answer.
+        oadev: [f64; 2],
+    },
+    /// A periodic motion, which was subtracted.
+    Periodic {
+        /// Period, s.
+        period_s: f64,
+        /// Amplitude, in the unit of the answer.
+        amplitude: f64,
+    },
+    /// The resolution of the column was subtracted from the white noise.
+    Resolution {
+        /// Its part of the variance of a row.
+        part: f64,
+    },
+    /// A transient at the beginning, which was subtracted; slow noise is not given.
     Transient {
         /// Time constant, s.
         time_constant_s: f64,
@@ -61,6 +88,11 @@ pub enum Note {
     Unexplained {
         /// χ² per degree of freedom.
         misfit: f64,
+    },
+    /// The longest averaging times were left out of the fit.
+    LongTimesOmitted {
+        /// Longest averaging time of the fit, s.
+        above_s: f64,
     },
     /// The shortest averaging times were left out of the fit.
     ShortTimesOmitted {
@@ -178,6 +210,8 @@ pub const WHITE: usize = 1;
 pub const FLICKER: usize = 2;
 /// Indices of B, K and R in [`PROCESSES`]: noise that a transient imitates.
 pub const SLOW: [usize; 3] = [2, 3, 4];
+/// Index of R in [`PROCESSES`].
+pub const RAMP: usize = 4;
 
 impl Answer {
     /// Total duration of the rows, s.

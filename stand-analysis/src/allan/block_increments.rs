@@ -1,7 +1,7 @@
 //! Likelihood of the increments of block means under noise of unknown strength, with and without a column of known shape.
 //!
-//! Input: increments between the means of adjacent blocks and the places of the blocks, in block lengths. Output: for each candidate column
-//! its coefficient and Student's t by the ratio of the likelihoods.
+//! Input: increments between the means of adjacent blocks and the places of the blocks, in block lengths. Output: for each candidate, of one
+//! or two columns, its coefficients and the probability of such an improvement by noise, from the ratio of the likelihoods.
 //!
 //! The increments are second differences of the angle: their covariances are those of white noise, flicker noise and random walk (as in
 //! [`super::confidence`]). The strengths of flicker noise and random walk relative to white noise are fitted by maximum likelihood, once
@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 use identification::statistics::CovarianceRoot;
 use identification::statistics::covariance_root::remove_fitted;
+use identification::statistics::distributions::student_tail;
 
 /// Ratios of flicker noise and random walk to white noise in a block, where the search begins.
 const RATIOS: [f64; 8] = [0.0, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4];
@@ -30,25 +31,28 @@ pub struct Increments {
     parts: [DMatrix<f64>; STRENGTHS],
 }
 
-/// A tested column.
+/// A tested candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tested {
     /// Index of the candidate.
     pub candidate: usize,
-    /// Coefficient of the column.
-    pub coefficient: f64,
-    /// Student's t, not negative.
-    pub t: f64,
-    /// Its degrees of freedom.
-    pub dof: f64,
+    /// Coefficients of its columns; the second is 0 where there is one.
+    pub coefficients: [f64; 2],
+    /// Decrease of −2 ln L, not negative, less 2 for each column.
+    pub evidence: f64,
+    /// Probability of such a decrease by noise, of this candidate alone.
+    pub probability: f64,
 }
+
+/// A candidate: one column or two.
+pub type Candidate = Vec<DVector<f64>>;
 
 /// −2 ln L for fixed ratios: without a candidate and with each, and the coefficients.
 struct Node {
     ratios: [f64; 2],
     without: f64,
     with: Vec<f64>,
-    coefficients: Vec<f64>,
+    coefficients: Vec<[f64; 2]>,
 }
 
 impl Increments {
@@ -68,7 +72,7 @@ impl Increments {
     }
 
     /// Tests candidates beside columns that are always fitted. `None` if the increments do not suffice.
-    pub fn strongest(&self, fitted: &[DVector<f64>], candidates: &[DVector<f64>]) -> Option<Tested> {
+    pub fn strongest(&self, fitted: &[DVector<f64>], candidates: &[Candidate]) -> Option<Tested> {
         let dof = self.values.len() as f64 - (fitted.len() + 1 + STRENGTHS - 1) as f64;
         if dof < 1.0 || candidates.is_empty() {
             return None;
@@ -86,14 +90,20 @@ impl Increments {
             .min_by(|a, b| a.1.with[a.0].total_cmp(&b.1.with[b.0]))
             .map(|(k, node)| (k, node.ratios))?;
         let found = self.refined(start, fitted, &candidates[candidate..=candidate], &|node| node.with[0])?;
-        // For known ratios this is the exact t of the regression.
-        let ratio = (without - found.with[0]).max(0.0);
-        let t = (dof * (ratio / self.values.len() as f64).exp_m1()).sqrt();
-        Some(Tested { candidate, coefficient: found.coefficients[0], t, dof })
+        let decrease = (without - found.with[0]).max(0.0);
+        let columns = candidates[candidate].len();
+        // For known ratios these are the exact laws of the regression: F with 1 or 2, and dof degrees of freedom.
+        let relative = decrease / self.values.len() as f64;
+        let dof = dof - (columns - 1) as f64;
+        let probability = match columns {
+            1 => 2.0 * student_tail((dof * relative.exp_m1()).sqrt(), dof),
+            _ => (-0.5 * dof * relative).exp(),
+        };
+        Some(Tested { candidate, coefficients: found.coefficients[0], evidence: decrease - 2.0 * columns as f64, probability })
     }
 
     /// The ratios of the greatest likelihood near a start.
-    fn refined(&self, start: [f64; 2], fitted: &[DVector<f64>], candidates: &[DVector<f64>], of: &dyn Fn(&Node) -> f64) -> Option<Node> {
+    fn refined(&self, start: [f64; 2], fitted: &[DVector<f64>], candidates: &[Candidate], of: &dyn Fn(&Node) -> f64) -> Option<Node> {
         let mut best = self.node(start, fitted, candidates)?;
         for factor in REFINEMENTS {
             for _ in 0..MAX_MOVES {
@@ -111,12 +121,12 @@ impl Increments {
         Some(best)
     }
 
-    fn node(&self, ratios: [f64; 2], fitted: &[DVector<f64>], candidates: &[DVector<f64>]) -> Option<Node> {
+    fn node(&self, ratios: [f64; 2], fitted: &[DVector<f64>], candidates: &[Candidate]) -> Option<Node> {
         let [white, flicker, walk] = &self.parts;
         let root = CovarianceRoot::of_sum(&[(white, 1.0), (flicker, ratios[0]), (walk, ratios[1])])?;
         let ln_determinant = root.ln_determinant();
-        let columns: Vec<DVector<f64>> = std::iter::once(&self.values).chain(fitted).chain(candidates).cloned().collect();
-        let mut whitened = root.whiten(&DMatrix::from_columns(&columns))?;
+        let columns = std::iter::once(&self.values).chain(fitted).chain(candidates.iter().flatten());
+        let mut whitened = root.whiten(&DMatrix::from_columns(&columns.cloned().collect::<Vec<_>>()))?;
         let sizes: Vec<f64> = whitened.column_iter().map(|column| column.norm_squared()).collect();
         remove_fitted(&mut whitened, 1..1 + fitted.len());
         let count = self.values.len() as f64;
@@ -126,13 +136,19 @@ impl Increments {
             return None;
         }
         let (mut with, mut coefficients) = (Vec::with_capacity(candidates.len()), Vec::with_capacity(candidates.len()));
-        for (k, unprojected) in sizes.iter().enumerate().skip(1 + fitted.len()) {
-            let column = whitened.column(k);
-            let size = column.norm_squared();
-            let coefficient = if size > MIN_FREE_PART * unprojected { column.dot(&rest) / size } else { 0.0 };
-            let remaining = (squares - coefficient * coefficient * size).max(f64::MIN_POSITIVE);
+        let mut first = 1 + fitted.len();
+        for candidate in candidates {
+            let columns = first..first + candidate.len();
+            first = columns.end;
+            let own = whitened.columns(columns.start, columns.len());
+            let free = |k: usize| own.column(k).norm_squared() > MIN_FREE_PART * sizes[columns.start + k];
+            let normal = own.transpose() * own;
+            let right = own.transpose() * &rest;
+            let solution = (0..columns.len()).all(free).then(|| normal.cholesky()).flatten().map(|factor| factor.solve(&right));
+            let solution = solution.unwrap_or_else(|| DVector::zeros(columns.len()));
+            let remaining = (squares - solution.dot(&right)).max(f64::MIN_POSITIVE);
             with.push(ln_determinant + count * remaining.ln());
-            coefficients.push(coefficient);
+            coefficients.push([solution[0], solution.get(1).copied().unwrap_or(0.0)]);
         }
         Some(Node { ratios, without: ln_determinant + count * squares.ln(), with, coefficients })
     }

@@ -2,8 +2,9 @@
 //! why this record does not show it.
 //!
 //! Input: a column of a log ([`Request`]). Output: an [`Answer`]. [`time_stamps`] finds gaps, lost rows, bursts and changes of the sampling
-//! rate, [`disturbances`] finds steps and transients by the likelihood of [`block_increments`], [`deviation`] computes the deviations,
-//! [`confidence`] their covariances and confidence intervals, [`noise`] fits the processes. The memory used is that of the column.
+//! rate, [`wild_rows`] single rows that are no noise, [`spectral_lines`] periodic signals, [`disturbances`] steps and slow motions of the level
+//! by the likelihood of [`block_increments`]; what is found is removed from the rows. [`deviation`] computes the deviations, [`confidence`]
+//! their covariances and confidence intervals, [`noise`] fits the processes. The memory used is that of the column.
 //!
 //! σ²(τ) = 3Q²/τ² + N²/τ + (2 ln 2/π) B² + K²τ/3 + R²τ²/2 (IEEE Std 952, annex C):
 //!
@@ -16,13 +17,16 @@
 pub mod answer;
 pub mod block_increments;
 pub mod confidence;
+pub mod curve;
 pub mod deviation;
 pub mod disturbances;
 pub mod error;
 pub mod noise;
 pub mod request;
+pub mod spectral_lines;
 pub mod time_stamps;
 pub mod units;
+pub mod wild_rows;
 
 pub use answer::{Answer, Interpretation};
 pub use error::AllanError;

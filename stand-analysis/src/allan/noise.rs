@@ -12,10 +12,12 @@
 //! is shown if the curve without it is less likely by [`PENALTY`] + ln(points) in −2 ln L (a BIC difference of 6).
 //!
 //! The intervals are conditional on the model: stationary noise of these five processes. Short averages have the smallest uncertainty and
-//! deviate first (a filter in the sensor, one step of its converter). If the five processes do not fit, the shortest averages are left out,
-//! which is reported. If no range fits, the intervals are widened by √(χ²/ν), which is reported as well.
+//! deviate first (a filter in the sensor, one step of its converter), long ones by slow motions that are no noise. If the five processes do
+//! not fit, the longest range of averages that they fit is used, which is reported. If no range fits, the intervals are widened by √(χ²/ν),
+//! which is reported as well.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -32,7 +34,7 @@ const PENALTY: f64 = 6.0;
 const SIGNIFICANCE: f64 = 1e-4;
 /// Minimum number of points of a fit.
 pub const MIN_POINTS: usize = 4;
-/// Minimum number of points that remain when the shortest averages are left out.
+/// Minimum number of points that remain when the shortest or longest averages are left out.
 const MIN_REMAINING_POINTS: usize = 6;
 /// Most iterations of a maximisation.
 const ITERATIONS: usize = 40;
@@ -68,8 +70,8 @@ pub struct Found {
     pub intervals: [Option<Intervals>; 5],
     /// Upper limits of the squares: upper ends of their 95 % intervals.
     pub below: [f64; 5],
-    /// Index of the first point used.
-    pub first: usize,
+    /// Indices of the points used.
+    pub used: Range<usize>,
     /// χ² per degree of freedom; 1 is expected.
     pub misfit: f64,
     /// The χ² test rejects the fit: the five processes do not explain the curve.
@@ -89,9 +91,10 @@ pub fn fit(points: &[Variance], segments: &[(usize, usize)]) -> Option<Found> {
             related.insert((i, j), Covariance::new(one.factor, other.factor, segments));
         }
     }
+    let rows = segments.iter().map(|(angles, count)| angles * count).sum();
     let mut whole = None;
-    for first in 0..=(points.len() / 2).min(points.len().saturating_sub(MIN_REMAINING_POINTS)) {
-        let likelihood = Likelihood { first, points: &points[first..], related: &related };
+    for used in ranges(points.len()) {
+        let likelihood = Likelihood { first: used.start, points: &points[used], related: &related, rows };
         let Some(best) = likelihood.maximum(0, likelihood.white()) else { continue };
         if !likelihood.is_unexplained(&best) {
             return likelihood.found(&best);
@@ -100,6 +103,16 @@ pub fn fit(points: &[Variance], segments: &[(usize, usize)]) -> Option<Found> {
     }
     let (likelihood, best) = whole?;
     likelihood.found(&best)
+}
+
+/// Ranges of points by their number, the largest first; among equal ones that without the shortest averages, then that without the longest.
+fn ranges(points: usize) -> impl Iterator<Item = Range<usize>> {
+    let most = (points / 2).min(points.saturating_sub(MIN_REMAINING_POINTS));
+    (0..=most).flat_map(move |dropped| {
+        let at_both_ends = (1..dropped).map(move |first| (first, dropped - first));
+        let at_one_end = [(dropped, 0), (0, dropped)].into_iter().take(1 + usize::from(dropped > 0));
+        at_one_end.chain(at_both_ends).map(move |(first, last)| first..points - last)
+    })
 }
 
 /// Squares with their −2 ln L and χ².
@@ -123,6 +136,8 @@ struct Likelihood<'a> {
     first: usize,
     points: &'a [Variance],
     related: &'a BTreeMap<(usize, usize), Covariance>,
+    /// Rows of the record.
+    rows: usize,
 }
 
 /// Cube roots of the variances relative to their expectation, with the factor of their covariance.
@@ -140,7 +155,7 @@ impl Likelihood<'_> {
             return None;
         }
         let mut covariance = DMatrix::zeros(count, count);
-        for ((i, j), pair) in self.related.range((self.first, self.first)..).filter(|((i, _), _)| *i >= self.first) {
+        for ((i, j), pair) in self.related.iter().filter(|((i, j), _)| *i >= self.first && *j < self.first + count) {
             let (i, j) = (i - self.first, j - self.first);
             // Of the cube root: a ninth of that of the variance.
             covariance[(i, j)] = pair.of(squares) / means[i] / means[j] / 9.0;
@@ -250,14 +265,18 @@ impl Likelihood<'_> {
         let intervals = std::array::from_fn(|p| {
             is_shown(p).then(|| {
                 let [within_68, within_95] = PROBABILITIES.map(|probability| {
-                    let limit = grow * chi_squared_quantile(probability, 1.0);
+                    let quantile = chi_squared_quantile(probability, 1.0);
+                    let limit = grow * quantile;
+                    // No square is known better than the variance of as many independent rows.
+                    let least = best.squares[p] * (2.0 * quantile / self.rows as f64).sqrt();
                     let upper = self.upper(&best, p, limit, 0);
                     // Without the absent neighbour as well: a square of it that is positive by chance takes from this one, and none is
                     // negative.
                     let neighbour = ABSENT_NEIGHBOURS.iter().find(|(shown, absent)| *shown == p && !is_shown(*absent));
                     let upper_without = neighbour
                         .and_then(|(_, absent)| without[*absent].as_ref().map(|without| self.upper(without, p, limit, 1 << absent)));
-                    [self.lower(&best, p, limit), upper.max(upper_without.unwrap_or(0.0))]
+                    let lower = self.lower(&best, p, limit).min((best.squares[p] - least).max(0.0));
+                    [lower, upper.max(upper_without.unwrap_or(0.0)).max(best.squares[p] + least)]
                 });
                 Intervals { within_68, within_95 }
             })
@@ -266,7 +285,15 @@ impl Likelihood<'_> {
         let below = std::array::from_fn(|p| self.upper(&best, p, grow * chi_squared_quantile(PROBABILITIES[1], 1.0), 0));
         let fast = self.maximum(SLOW_SQUARES, self.white());
         let slow_noise = fast.is_none_or(|found| found.minus_2_ln - best.minus_2_ln > needed);
-        Some(Found { squares: best.squares, intervals, below, first: self.first, misfit, unexplained, slow_noise })
+        Some(Found {
+            squares: best.squares,
+            intervals,
+            below,
+            used: self.first..self.first + self.points.len(),
+            misfit,
+            unexplained,
+            slow_noise,
+        })
     }
 
     /// The maxima without each of the processes that are present.

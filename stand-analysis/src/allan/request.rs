@@ -3,14 +3,17 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use super::answer::{Answer, Coefficient, Interpretation, LevelStep, Lowest, NotShown, Note, Point, SLOW};
+use super::answer::{Answer, Coefficient, Interpretation, LevelStep, Lowest, NotShown, Note, Point, RAMP, SLOW, WHITE};
 use super::confidence::{Covariance, Squares, expected, interval, parts};
+use super::curve::{Curve, Shape};
 use super::deviation::{Series, Variance};
 use super::disturbances::{Disturbances, MAX_STEPS, Rows, disturbances, without_steps};
 use super::error::Still;
 use super::noise::{self, MIN_POINTS};
+use super::spectral_lines::{SpectralLine, remove_lines};
 use super::time_stamps::{Steps, Timing};
 use super::units::Unit;
+use super::wild_rows::WildRows;
 use super::{AllanError, FLOOR, MAX_RELATIVE_TAU};
 use identification::deadline::Deadline;
 use identification::log::{Log, LogError, OneColumn, times};
@@ -20,6 +23,14 @@ use identification::statistics::uncertainty::{Estimate, Uncertainty};
 const MIN_ROWS: usize = 3;
 /// Time constants after which a transient has decayed to a twentieth.
 const TRANSIENT_TIME_CONSTANTS: f64 = 3.0;
+/// Periods of a periodic motion from which on it does not hide slow noise.
+const MIN_PERIODS: f64 = 3.0;
+/// Least significant bits of a row's standard deviation from which on the error of rounding is white and independent of the noise: the
+/// variance of the rounded rows is then that of the noise and q²/12 to 0.1 % (Sheppard's correction; Widrow and Kollár, Quantization Noise,
+/// 2008, chapter 5).
+const MAX_QUANTUM_PER_SIGMA: f64 = 1.5;
+/// Part of the variance of a row by rounding from which on it is mentioned.
+const MIN_MENTIONED_PART: f64 = 1e-3;
 /// Averaging factors per octave of [`Taus::Fine`].
 const FINE_FACTORS_PER_OCTAVE: f64 = 8.0;
 
@@ -86,17 +97,29 @@ impl Request {
         }
         let mut notes: Vec<Note> = column.warnings.into_iter().map(Note::Log).collect();
         notes.extend(timing.notes.iter().copied().map(Note::Timing));
-        let raw = Rows::new(&column.values, interpretation);
-        let disturbances = disturbances(raw, &timing.segments);
+        let mut values = column.values;
+        let wild = WildRows::of(&values, interpretation, &timing.segments, quantum);
+        let with_wild = (wild.count() > 0).then(|| single_rows(&values, interpretation, &timing.segments));
+        wild.remove(&mut values, interpretation, &timing.segments);
+        check()?;
+        let lines = remove_lines(&mut values, interpretation, &timing.segments);
+        check()?;
+        let disturbances = disturbances(Rows::new(&values, interpretation), &timing.segments);
+        disturbances.remove_curves(&mut values, interpretation);
         check()?;
         let segments = without_steps(&timing.segments, &disturbances.steps);
-        let disturbances = Reported::new(&disturbances, &timing, interpretation);
+        let disturbances = Reported::new(&disturbances, &lines, &timing, interpretation);
+        if let Some(with) = with_wild {
+            let per_second = disturbances.unit;
+            let oadev = [with, single_rows(&values, interpretation, &timing.segments)].map(|size| size * per_second);
+            notes.push(Note::WildRows { count: wild.count(), largest: wild.largest() * per_second, oadev });
+        }
         notes.extend(disturbances.notes());
         let series = match interpretation {
-            Interpretation::Value => Series::of_rates(column.values, &segments),
+            Interpretation::Value => Series::of_rates(values, &segments),
             Interpretation::Integral => {
                 unit = unit.per_second();
-                Series::of_angles(column.values, &segments, timing.interval_s)
+                Series::of_angles(values, &segments, timing.interval_s)
             }
         };
         // A segment has one more angle than rates.
@@ -147,7 +170,18 @@ impl Request {
             notes,
         };
         match found {
-            Some(found) => answer.set_coefficients(&found, read[found.first].factor, up_to, disturbances.hides_slow_noise()),
+            Some(_) if interpretation == Interpretation::Value && quantum.is_some_and(|q| is_hidden(q, white[WHITE])) => {
+                answer.set_no_coefficients(NotShown::CoarseResolution);
+            }
+            Some(found) => {
+                let factors =
+                    [read[found.used.start].factor, if found.used.end < read.len() { read[found.used.end - 1].factor } else { up_to }];
+                let rounding = quantum.filter(|_| interpretation == Interpretation::Value).map_or(0.0, |q| q * q / 12.0);
+                answer.set_coefficients(
+                    &found,
+                    Circumstances { factors, rounding, omits_long: found.used.end < read.len(), disturbances: &disturbances },
+                );
+            }
             None => {
                 answer.set_no_coefficients(if read.len() < MIN_POINTS { NotShown::TooFewRows { rows } } else { NotShown::ZeroVariance })
             }
@@ -265,53 +299,105 @@ fn lowest(points: &[Point], up_to: usize) -> Option<Lowest> {
     })
 }
 
-/// Steps and transient in seconds and in the unit of the answer.
+/// Allan deviation of single rows, in the unit of the rate per interval of the rows for angles.
+fn single_rows(values: &[f64], interpretation: Interpretation, segments: &[Range<usize>]) -> f64 {
+    let series = match interpretation {
+        Interpretation::Value => Series::of_rates(values.to_vec(), segments),
+        Interpretation::Integral => Series::of_angles(values.to_vec(), segments, 1.0),
+    };
+    series.overlapping(&[1])[0].variance.sqrt()
+}
+
+/// The least significant bit hides the noise of the rows, of which this is the variance.
+fn is_hidden(quantum: f64, variance: f64) -> bool {
+    let noise = variance - quantum * quantum / 12.0;
+    quantum * quantum > MAX_QUANTUM_PER_SIGMA * MAX_QUANTUM_PER_SIGMA * noise
+}
+
+/// Disturbances in seconds and in the unit of the answer.
 struct Reported {
     steps: Vec<LevelStep>,
-    transient: Option<Note>,
+    curves: Vec<Note>,
+    /// Factor to the unit of the answer.
+    unit: f64,
+    /// A transient was subtracted.
+    transient: bool,
+    /// A periodic motion of few periods was subtracted.
+    few_periods: bool,
+    /// The level has a slope, as far as known.
+    has_slope: bool,
 }
 
 impl Reported {
-    fn new(found: &Disturbances, timing: &Timing, interpretation: Interpretation) -> Self {
+    fn new(found: &Disturbances, lines: &[SpectralLine], timing: &Timing, interpretation: Interpretation) -> Self {
         // An angle's steps are changes of its increment per row.
         let unit = match interpretation {
             Interpretation::Value => 1.0,
             Interpretation::Integral => 1.0 / timing.interval_s,
         };
         let time_s = |row: f64| timing.first_s + row * timing.elapsed_s;
+        let rows = timing.segments.last().map_or(0, |segment| segment.end);
+        let note = |curve: &Curve| match curve.shape {
+            Shape::Exponential { rows } => Note::Transient {
+                time_constant_s: rows * timing.elapsed_s,
+                size: curve.size() * unit,
+                from_s: time_s(TRANSIENT_TIME_CONSTANTS * rows),
+            },
+            Shape::Sinusoid { rows } => Note::Periodic { period_s: rows * timing.elapsed_s, amplitude: curve.size() * unit },
+        };
+        let line = |line: &SpectralLine| Note::Periodic { period_s: line.rows * timing.elapsed_s, amplitude: line.amplitude * unit };
+        let is_slow = |curve: &Curve| matches!(curve.shape, Shape::Sinusoid { rows: period } if MIN_PERIODS * period > rows as f64);
         Self {
             steps: found.steps.iter().map(|step| LevelStep { t_s: time_s(step.row as f64), size: step.size * unit }).collect(),
-            transient: found.transient.map(|found| Note::Transient {
-                time_constant_s: found.rows * timing.elapsed_s,
-                size: found.size * unit,
-                from_s: time_s(TRANSIENT_TIME_CONSTANTS * found.rows),
-            }),
+            curves: lines.iter().map(line).chain(found.curves.iter().map(note)).collect(),
+            unit,
+            transient: found.curves.iter().any(|curve| matches!(curve.shape, Shape::Exponential { .. })),
+            few_periods: found.curves.iter().any(is_slow),
+            has_slope: found.has_slope.unwrap_or(true),
         }
     }
 
     fn notes(&self) -> Vec<Note> {
         let steps = (!self.steps.is_empty()).then(|| Note::Steps(self.steps.clone()));
-        steps.into_iter().chain(self.transient.clone()).collect()
+        steps.into_iter().chain(self.curves.iter().cloned()).collect()
     }
 
     /// Why B, K and R are not given.
     fn hides_slow_noise(&self) -> Option<NotShown> {
-        if self.steps.len() >= MAX_STEPS { Some(NotShown::ManySteps) } else { self.transient.as_ref().map(|_| NotShown::Transient) }
+        let many_steps = (self.steps.len() >= MAX_STEPS).then_some(NotShown::ManySteps);
+        let few_periods = || self.few_periods.then_some(NotShown::FewPeriods);
+        many_steps.or_else(|| self.transient.then_some(NotShown::Transient)).or_else(few_periods)
     }
 }
 
+/// What the coefficients depend on besides the fit.
+struct Circumstances<'d> {
+    /// Shortest and longest averaging factor of the fit.
+    factors: [usize; 2],
+    /// Variance of a row by rounding.
+    rounding: f64,
+    /// The longest averages are not used.
+    omits_long: bool,
+    disturbances: &'d Reported,
+}
+
 impl Answer {
-    /// Sets the coefficients, converted from rows to seconds; `hidden`: why those of slow noise are not given.
-    fn set_coefficients(&mut self, found: &noise::Found, first: usize, up_to: usize, hidden: Option<NotShown>) {
+    /// Sets the coefficients, converted from rows to seconds.
+    fn set_coefficients(&mut self, found: &noise::Found, circumstances: Circumstances) {
+        let Circumstances { factors: [shortest, longest], rounding, omits_long, disturbances } = circumstances;
         let (tau0, elapsed) = (self.interval_s, self.elapsed_s);
         // Factors of the coefficients, not of their squares. White noise belongs to a row, slow noise to the elapsed time.
         let seconds = [tau0, tau0.sqrt(), 1.0, 1.0 / elapsed.sqrt(), 1.0 / elapsed];
-        self.read_s = Some([first as f64 * tau0, up_to as f64 * tau0]);
+        self.read_s = Some([shortest as f64 * tau0, longest as f64 * tau0]);
         self.misfit = Some(found.misfit);
+        let hidden = disturbances.hides_slow_noise().or_else(|| omits_long.then_some(NotShown::LongTimesOmitted));
+        // A ramp is a constant slope, which the rows show themselves.
+        let is_shown = |p: usize| p != RAMP || disturbances.has_slope;
         for (p, coefficient) in self.coefficients.iter_mut().enumerate() {
-            let size = |square: f64| square.max(0.0).sqrt() * seconds[p];
+            let of_rounding = if p == WHITE { rounding } else { 0.0 };
+            let size = |square: f64| (square - of_rounding).max(0.0).sqrt() * seconds[p];
             let limit = || Some(size(found.below[p])).filter(|below| below.is_finite());
-            *coefficient = match (found.intervals[p], hidden.filter(|_| SLOW.contains(&p))) {
+            *coefficient = match (found.intervals[p].filter(|_| is_shown(p)), hidden.filter(|_| SLOW.contains(&p))) {
                 (_, Some(reason)) => Coefficient { not_shown: Some(reason), ..Coefficient::default() },
                 (Some(intervals), None) => {
                     let value = size(found.squares[p]);
@@ -328,6 +414,10 @@ impl Answer {
                 (None, None) => Coefficient { below: limit(), ..Coefficient::default() },
             };
         }
+        let part = rounding / found.squares[WHITE];
+        if part > MIN_MENTIONED_PART && self.coefficients[WHITE].estimate.is_some() {
+            self.notes.push(Note::Resolution { part });
+        }
         self.set_reasons();
         let slow = || SLOW.iter().map(|p| &self.coefficients[*p]);
         if found.slow_noise && hidden.is_none() && slow().all(|coefficient| coefficient.estimate.is_none()) {
@@ -335,8 +425,12 @@ impl Answer {
         }
         if found.unexplained {
             self.notes.push(Note::Unexplained { misfit: found.misfit });
-        } else if found.first > 0 {
-            self.notes.push(Note::ShortTimesOmitted { below_s: first as f64 * tau0 });
+        }
+        if shortest > 1 {
+            self.notes.push(Note::ShortTimesOmitted { below_s: shortest as f64 * tau0 });
+        }
+        if omits_long {
+            self.notes.push(Note::LongTimesOmitted { above_s: longest as f64 * tau0 });
         }
     }
 }

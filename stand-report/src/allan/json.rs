@@ -155,6 +155,12 @@ pub enum ReasonKind {
     ZeroVariance,
     /// A transient would be taken for it.
     Transient,
+    /// A periodic motion of few periods would be taken for it.
+    FewPeriods,
+    /// Long averages do not follow the processes.
+    LongTimesOmitted,
+    /// The resolution of the column hides it.
+    CoarseResolution,
     /// Many steps of the level.
     ManySteps,
     /// The column is not a rate.
@@ -169,6 +175,9 @@ fn reason_kind(reason: NotShown, has_limit: bool) -> ReasonKind {
         (NotShown::TooFewRows { rows }, _) => ReasonKind::TooFewRows { rows },
         (NotShown::ZeroVariance, _) => ReasonKind::ZeroVariance,
         (NotShown::Transient, _) => ReasonKind::Transient,
+        (NotShown::FewPeriods, _) => ReasonKind::FewPeriods,
+        (NotShown::LongTimesOmitted, _) => ReasonKind::LongTimesOmitted,
+        (NotShown::CoarseResolution, _) => ReasonKind::CoarseResolution,
         (NotShown::ManySteps, _) => ReasonKind::ManySteps,
     }
 }

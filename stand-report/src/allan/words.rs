@@ -59,6 +59,11 @@ fn no_coefficients(reason: NotShown) -> String {
         NotShown::ZeroVariance => "the curve reaches zero and cannot be fitted".to_owned(),
         NotShown::NotSignificant { .. } => "not significant in this record".to_owned(),
         NotShown::Transient => "not given: the record begins with a transient, which imitates slow noise".to_owned(),
+        NotShown::FewPeriods => "not given: a periodic motion of the level, of which the record has few periods, imitates slow noise".to_owned(),
+        NotShown::LongTimesOmitted => "not given: long averages do not follow the five processes".to_owned(),
+        NotShown::CoarseResolution => {
+            "not given: the least significant bit of the column is larger than 1.5 standard deviations of the noise, so that the rows do not show it".to_owned()
+        }
         NotShown::ManySteps => "not given: the level steps too often".to_owned(),
     }
 }
@@ -105,10 +110,40 @@ pub(super) fn note(note: &Note, display: &Display) -> String {
                 shown.join(", ")
             )
         }
+        Note::WildRows { count, largest, oadev: [with, without] } => {
+            let scale = display.deviation();
+            let size = |size: f64| significant(size * scale.factor, 4);
+            format!(
+                "{count} wild {}, up to {} {} beside the level of {} neighbours, which no noise does (probability below 1e-4): replaced by this level; the deviation of single rows is {} {} with {} and {} {} without",
+                if *count == 1 { "row" } else { "rows" },
+                significant(largest * scale.factor, 3),
+                scale.unit,
+                if *count == 1 { "its" } else { "their" },
+                size(*with),
+                scale.unit,
+                if *count == 1 { "it" } else { "them" },
+                size(*without),
+                scale.unit
+            )
+        }
+        Note::Periodic { period_s, amplitude } => {
+            let scale = display.deviation();
+            format!(
+                "a periodic signal, which is no noise, such as a vibration or the temperature of a room: amplitude {} {}, period {} s ({} Hz); it is subtracted",
+                significant(amplitude * scale.factor, 2),
+                scale.unit,
+                significant(*period_s, 3),
+                significant(1.0 / period_s, 3)
+            )
+        }
+        Note::Resolution { part } => format!(
+            "the rounding of the column is {} % of the variance of a row; it is subtracted from N²",
+            significant(100.0 * part, 2)
+        ),
         Note::Transient { time_constant_s, size, from_s } => {
             let scale = display.deviation();
             format!(
-                "a transient at the beginning, such as a warm-up: about {} {} with a time constant of {} s; it would be taken for slow noise, so B, K and R are not given; `--from {}` leaves it out",
+                "a transient at the beginning, such as a warm-up: about {} {} with a time constant of {} s; it is subtracted, but what is left of it would be taken for slow noise, so B, K and R are not given; `--from {}` leaves it out",
                 significant(size * scale.factor, 2),
                 scale.unit,
                 significant(*time_constant_s, 2),
@@ -122,6 +157,10 @@ pub(super) fn note(note: &Note, display: &Display) -> String {
         Note::Unexplained { misfit } => format!(
             "the five processes do not explain this curve: χ² is {} per degree of freedom, and the intervals are widened by its square root. Possible causes: vibration, a periodic signal or steps in the record",
             significant(*misfit, 3)
+        ),
+        Note::LongTimesOmitted { above_s } => format!(
+            "averages above {} s do not follow the five processes (a slow motion that is no noise) and are not used in the fit",
+            significant(*above_s, 3)
         ),
         Note::ShortTimesOmitted { below_s } => format!(
             "averages below {} s do not follow the five processes (a filter in the sensor, the step of its converter) and are not used in the fit",
@@ -181,7 +220,34 @@ pub enum NoteKind {
         /// Times, s.
         times_s: Vec<f64>,
     },
-    /// A transient at the begin.
+    /// Wild rows, which were replaced by the level beside them.
+    WildRows {
+        /// Number.
+        count: usize,
+        /// The largest deviation from the level.
+        largest: f64,
+        /// Allan deviation of single rows with them.
+        oadev_with: f64,
+        /// Allan deviation of single rows without them.
+        oadev_without: f64,
+        /// Unit of the three.
+        unit: String,
+    },
+    /// A periodic signal, which was subtracted.
+    Periodic {
+        /// Amplitude.
+        amplitude: f64,
+        /// Its unit.
+        unit: String,
+        /// Period, s.
+        period_s: f64,
+    },
+    /// The rounding of the column was subtracted from the white noise.
+    Resolution {
+        /// Its part of the variance of a row, %.
+        percent: f64,
+    },
+    /// A transient at the begin, which was subtracted.
     Transient {
         /// Size.
         size: f64,
@@ -198,6 +264,11 @@ pub enum NoteKind {
     Unexplained {
         /// Ratio.
         misfit: f64,
+    },
+    /// Long times are omitted.
+    LongTimesOmitted {
+        /// s.
+        above_s: f64,
     },
     /// Short times are omitted.
     ShortTimesOmitted {
@@ -220,11 +291,23 @@ pub(super) fn note_kind(note: &Note, display: &Display) -> NoteKind {
         }
         Note::NoCoefficients(_) => NoteKind::NoCoefficients,
         Note::Steps(steps) => NoteKind::Steps { times_s: steps.iter().map(|step| step.t_s).collect() },
+        Note::WildRows { count, largest, oadev: [with, without] } => NoteKind::WildRows {
+            count: *count,
+            largest: largest * factor,
+            oadev_with: with * factor,
+            oadev_without: without * factor,
+            unit: unit.to_string(),
+        },
+        Note::Periodic { period_s, amplitude } => {
+            NoteKind::Periodic { amplitude: amplitude * factor, unit: unit.to_string(), period_s: *period_s }
+        }
+        Note::Resolution { part } => NoteKind::Resolution { percent: 100.0 * part },
         Note::Transient { time_constant_s, size, from_s } => {
             NoteKind::Transient { size: size * factor, unit: unit.to_string(), time_constant_s: *time_constant_s, from_s: from_s.ceil() }
         }
         Note::SlowNoiseTogether => NoteKind::SlowNoiseTogether,
         Note::Unexplained { misfit } => NoteKind::Unexplained { misfit: *misfit },
+        Note::LongTimesOmitted { above_s } => NoteKind::LongTimesOmitted { above_s: *above_s },
         Note::ShortTimesOmitted { below_s } => NoteKind::ShortTimesOmitted { below_s: *below_s },
     }
 }
