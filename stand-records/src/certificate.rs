@@ -307,11 +307,6 @@ impl CertificateDetails {
                 "the certificate needs the equipment with its own certificates: encoder and clock of the stand",
             ));
         }
-        if let Some(expired) = details.equipment.iter().find(|e| e.valid_until.date < details.issued.date) {
-            let message =
-                format!("its certificate {} is valid until {}, before the date of issue", expired.certificate, expired.valid_until);
-            return Err(field(&format!("equipment `{}`", expired.name), message));
-        }
         Ok(details)
     }
 }
@@ -347,6 +342,7 @@ impl Certificate {
             }
         }
         let ended = header.steps.last().map_or_else(|| header.began.clone(), |step| step.began.clone());
+        check_dates(&details, &header.began, &ended)?;
         let certificate = Self { details, record, as_found, ended };
         if certificate.serial().trim().is_empty() {
             return Err(field(
@@ -375,8 +371,34 @@ impl Certificate {
     }
 }
 
-/// An example of the file with the details, with a comment for each field.
-pub const EXAMPLE: &str = include_str!("certificate.toml");
+/// Received, calibrated from `began` to `ended`, issued; equipment that was valid during the calibration.
+fn check_dates(details: &CertificateDetails, began: &str, ended: &str) -> Result<(), CertificateError> {
+    let day = |stamp: &str| stamp.get(..10).and_then(|day| day.parse::<Datetime>().ok()?.date);
+    let (Some(began), Some(ended)) = (day(began), day(ended)) else { return Ok(()) };
+    if let Some(received) = details.received.filter(|received| received.date > Some(began)) {
+        return Err(field("received", format!("{received} is after the begin of the calibration, {began}")));
+    }
+    if details.issued.date < Some(ended) {
+        return Err(field("issued", format!("{} is before the end of the calibration, {ended}", details.issued)));
+    }
+    if let Some(expired) = details.equipment.iter().find(|e| e.valid_until.date < Some(ended)) {
+        let message = format!(
+            "its certificate {} is valid until {}, before the end of the calibration, {ended}",
+            expired.certificate, expired.valid_until
+        );
+        return Err(field(&format!("equipment `{}`", expired.name), message));
+    }
+    Ok(())
+}
+
+const EXAMPLE: &str = include_str!("certificate.toml");
+
+/// An example of the file with the details, with a comment for each field: received and issued on this day, YYYY-MM-DD, equipment valid until
+/// the end of the next year.
+pub fn example(today: &str) -> String {
+    let next_year = today.get(..4).and_then(|year| year.parse::<u32>().ok()).map_or(2100, |year| year + 1);
+    EXAMPLE.replace("RECEIVED", today).replace("ISSUED", today).replace("VALID_UNTIL", &format!("{next_year}-12-31"))
+}
 
 #[cfg(test)]
 mod tests {
@@ -385,18 +407,35 @@ mod tests {
 
     #[test]
     fn example_is_valid_and_missing_fields_are_named() {
-        assert_eq!(CertificateDetails::parse(EXAMPLE).unwrap().laboratory.country, "DE");
+        let example = example("2026-11-24");
+        assert_eq!(CertificateDetails::parse(&example).unwrap().laboratory.country, "DE");
         let without = |line: &str| {
-            let text: String = EXAMPLE.lines().filter(|l| !l.starts_with(line)).map(|l| format!("{l}\n")).collect();
+            let text: String = example.lines().filter(|l| !l.starts_with(line)).map(|l| format!("{l}\n")).collect();
             CertificateDetails::parse(&text).unwrap_err().to_string()
         };
         for name in ["number", "issued", "place", "traceability"] {
             assert!(without(name).contains(name), "{}", without(name));
         }
-        let with = |from: &str, to: &str| CertificateDetails::parse(&EXAMPLE.replace(from, to)).unwrap_err().to_string();
+        let with = |from: &str, to: &str| CertificateDetails::parse(&example.replace(from, to)).unwrap_err().to_string();
         assert!(with("country = \"DE\"", "country = \"Germany\"").contains("laboratory.country: `Germany`"));
-        assert!(with("valid_until = 2027-03-01", "valid_until = 2020-03-01").contains("before the date of issue"));
         assert!(with("name = \"Example laboratory\"", "name = \" \"").contains("laboratory.name: must not be empty"));
+    }
+
+    #[test]
+    fn dates_are_in_the_order_of_receipt_calibration_and_issue() {
+        let check = |began: &str, ended: &str, from: &str, to: &str| {
+            let details = CertificateDetails::parse(&example("2026-11-24").replace(from, to)).unwrap();
+            check_dates(&details, began, ended).map_err(|error| error.to_string())
+        };
+        let (began, ended) = ("2026-11-24T08:00:00+00:00", "2026-11-24T09:00:00+00:00");
+        assert_eq!(check(began, ended, "", ""), Ok(()));
+        let refused = |from: &str, to: &str| check(began, ended, from, to).unwrap_err();
+        assert!(refused("received = 2026-11-24", "received = 2026-11-25").contains("received: 2026-11-25 is after the begin"));
+        assert!(refused("issued = 2026-11-24", "issued = 2026-11-23").contains("issued: 2026-11-23 is before the end"));
+        assert!(refused("valid_until = 2027-12-31", "valid_until = 2026-11-23").contains("encoder of the stand`: its certificate A-1234"));
+        // Equipment may expire between calibration and issue.
+        let later = check("2026-11-20T08:00:00Z", "2026-11-20T09:00:00Z", "received = 2026-11-24", "received = 2026-11-19");
+        assert_eq!(later, Ok(()));
     }
 
     #[test]

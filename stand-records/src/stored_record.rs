@@ -55,6 +55,9 @@ pub struct RecordHeader {
     pub computed: String,
     /// Answer of the stand to `*IDN?`.
     pub stand: String,
+    /// The stand was simulated; `false` in records of versions before this field.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub simulated: bool,
     /// Version of these tools.
     pub tools: String,
     /// All steps of the session are done.

@@ -41,6 +41,8 @@ pub enum Class {
     Equation,
     /// Small monospaced text.
     Notes,
+    /// A warning that is printed at the top of every page.
+    EveryPage,
 }
 
 impl Class {
@@ -53,6 +55,7 @@ impl Class {
             Class::Mark => "mark",
             Class::Equation => "equation",
             Class::Notes => "notes",
+            Class::EveryPage => "warn every-page",
         }
     }
 }

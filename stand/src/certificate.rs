@@ -7,7 +7,7 @@ use clap::Args;
 use super::error::CliError;
 use super::output::{JsonOutput, Overwrite, spinner, write};
 use stand_records::archive::ArchivedRecord;
-use stand_records::certificate::{Certificate, CertificateDetails, EXAMPLE};
+use stand_records::certificate::{Certificate, CertificateDetails, example};
 use stand_report::certificate as report;
 
 /// Write a certificate of a calibration: a page for print, and a Digital Calibration Certificate
@@ -40,7 +40,7 @@ impl CertificateCommand {
         self.json.check()?;
         if let Some(path) = &self.write_details {
             self.overwrite.check(path)?;
-            write(path, EXAMPLE)?;
+            write(path, &example(&identification::log::timestamp()[..10]))?;
             return self.json.text(&format!("{}: example of the details of a certificate\n", path.display()));
         }
         let (Some(record), Some(details)) = (&self.record, &self.details) else {

@@ -29,6 +29,9 @@ const MIN_PERIODS: f64 = 3.0;
 /// variance of the rounded rows is then that of the noise and q²/12 to 0.1 % (Sheppard's correction; Widrow and Kollár, Quantization Noise,
 /// 2008, chapter 5).
 const MAX_QUANTUM_PER_SIGMA: f64 = 1.5;
+/// Most values of a column that takes few, and the deviation of one from its level, in steps.
+const MAX_COARSE_LEVELS: usize = 20;
+const MAX_LEVEL_DEVIATION: f64 = 0.05;
 /// Part of the variance of a row by rounding from which on it is mentioned.
 const MIN_MENTIONED_PART: f64 = 1e-3;
 /// Averaging factors per octave of [`Taus::Fine`].
@@ -87,7 +90,7 @@ impl Request {
         check()?;
         let name = self.log.display().to_string();
         let Recorded { column, timing } = recorded;
-        let quantum = column.quantization_step();
+        let quantum = column.quantization_step().or_else(|| coarse_step(&column.values));
         let mut unit = Unit::of(&self.column);
         let interpretation = self.interpretation.unwrap_or(if unit.is_angle() { Interpretation::Integral } else { Interpretation::Value });
         let rows = column.values.len();
@@ -297,6 +300,23 @@ fn lowest(points: &[Point], up_to: usize) -> Option<Lowest> {
         },
         inside: place > 0 && place + 1 < read.count(),
     })
+}
+
+/// The step of a column that takes few values, all of them multiples of it apart: a coarse converter, as its sensor is at rest.
+fn coarse_step(values: &[f64]) -> Option<f64> {
+    let mut levels: Vec<f64> = Vec::new();
+    for value in values {
+        if !levels.contains(value) {
+            levels.push(*value);
+            if levels.len() > MAX_COARSE_LEVELS {
+                return None;
+            }
+        }
+    }
+    levels.sort_unstable_by(f64::total_cmp);
+    let spacings: Vec<f64> = levels.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let step = spacings.iter().copied().min_by(f64::total_cmp)?;
+    spacings.iter().all(|spacing| (spacing / step - (spacing / step).round()).abs() < MAX_LEVEL_DEVIATION).then_some(step)
 }
 
 /// Allan deviation of single rows, in the unit of the rate per interval of the rows for angles.

@@ -12,6 +12,7 @@
 //! uncertainties of the angle turned and of the level are those of the user's hand.
 
 use super::plausibility::objection;
+use super::positions_fit::{self, PositionErrors};
 use super::{Basis, Contribution, Meaning, Quantity};
 use identification::log::{Log, LogError};
 use identification::statistics::least_squares;
@@ -27,6 +28,9 @@ const MIN_COMPONENT: f64 = 0.7;
 /// Components that differ by less are one.
 const DISTINCT_COMPONENTS: f64 = 0.05;
 
+/// Parts of a step at rest whose scatter gives the noise of its mean.
+const PARTS: usize = 8;
+
 /// What the user knows beside the table.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -35,15 +39,17 @@ pub struct HandAssumptions {
     pub turn_error_deg: f64,
     /// Half-width of the direction of an axis at rest, degrees.
     pub level_deg: f64,
-    /// Local gravity, m/s².
+    /// Local gravity, m/s²; the scales of the accelerometer refer to it.
     pub gravity_m_s2: f64,
+    /// Half-width of that gravity, m/s².
+    pub gravity_error_m_s2: f64,
     /// Clock of the logger, ppm.
     pub clock_ppm: f64,
 }
 
 impl Default for HandAssumptions {
     fn default() -> Self {
-        Self { turn_error_deg: 1.0, level_deg: 0.5, gravity_m_s2: 9.806_65, clock_ppm: 100.0 }
+        Self { turn_error_deg: 1.0, level_deg: 0.5, gravity_m_s2: 9.806_65, gravity_error_m_s2: 0.0, clock_ppm: 100.0 }
     }
 }
 
@@ -94,6 +100,8 @@ struct Step {
     duration_s: f64,
     /// Integral of each gyro column, and mean of each accelerometer column; NaN without the column.
     values: [f64; 6],
+    /// Standard deviation of each mean, from those of up to [`PARTS`] parts of the step; 0 for the integrals.
+    noise: [f64; 6],
 }
 
 fn direction(text: &str) -> Option<[f64; 3]> {
@@ -159,9 +167,20 @@ fn read(table: &Path, logs: &Path) -> Result<Vec<Step>, ByHandError> {
         let of = |k: usize| {
             log.column(COLUMNS[k]).map_or(f64::NAN, |column| if k < 3 { integral(column) } else { integral(column) / duration_s })
         };
-        steps.push(Step { turned_rad, up: direction, duration_s, values: std::array::from_fn(of) });
+        let noise = |k: usize| log.column(COLUMNS[k]).filter(|_| k >= 3).map_or(0.0, |column| noise_of_mean(column, &rows));
+        steps.push(Step { turned_rad, up: direction, duration_s, values: std::array::from_fn(of), noise: std::array::from_fn(noise) });
     }
     Ok(steps)
+}
+
+/// Standard deviation of the mean of these rows, from the scatter of its parts: noise that is not white within a part is contained.
+fn noise_of_mean(column: &[f64], rows: &[usize]) -> f64 {
+    let parts = rows.len().min(PARTS);
+    let length = rows.len() / parts;
+    let means: Vec<f64> =
+        rows.chunks_exact(length).take(parts).map(|part| part.iter().map(|k| column[*k]).sum::<f64>() / length as f64).collect();
+    let mean = means.iter().sum::<f64>() / parts as f64;
+    (means.iter().map(|part| (part - mean).powi(2)).sum::<f64>() / (parts * (parts - 1)) as f64).sqrt()
 }
 
 /// Calibrates the axes of an inertial unit.
@@ -264,19 +283,31 @@ fn accelerometer_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quan
     };
     let means: Vec<f64> = used.iter().map(|(s, _)| s.values[3 + axis]).collect();
     let rows: Vec<Vec<f64>> = used.iter().map(|(_, up)| row(up)).collect();
+    let level_rad = known.level_deg.to_radians();
+    // The noise is that of one sensor: pooled over the positions.
+    let noise = (used.iter().map(|(s, _)| s.noise[3 + axis].powi(2)).sum::<f64>() / used.len() as f64).sqrt();
+    // The error of an angle acts in the first order where the axis is not upright; each position has its own.
+    let tilt = |up: &[f64; 3]| g * level_rad / 3.0_f64.sqrt() * (1.0 - up[axis].powi(2)).max(0.0).sqrt();
+    let errors: Vec<PositionErrors> = used.iter().map(|(_, up)| PositionErrors { noise, tilt: tilt(up) }).collect();
+    let noise_dof = ((PARTS - 1) * used.len()) as f64;
     // More positions than coefficients are needed; without them the highest powers are left out.
     let linear = 2 + others.len();
     let fitted = (linear..=rows[0].len()).rev().find_map(|columns| {
         let rows: Vec<Vec<f64>> = rows.iter().map(|row| row[..columns].to_vec()).collect();
-        let fit = least_squares(&rows, &means).filter(|fit| fit.dof >= 1.0 || columns == linear)?;
-        Some((fit, rows))
+        positions_fit::fit(&rows, &means, &errors, noise_dof).filter(|_| rows.len() > columns || columns == linear)
     });
-    let Some((fit, rows)) = fitted else { return };
-    let noise = |k: usize| Contribution::type_a("noise and repeatability", fit.sigma(k), fit.dof, Basis::Positions { count: used.len() });
+    let Some(fit) = fitted else { return };
     let name = AXES[axis];
-    let level_rad = known.level_deg.to_radians();
-    // cos of a tilt uniform within ± level: its mean is corrected to first order in the budget as a one-sided error of half its greatest
-    // value.
+    let errors_of = |k: usize| {
+        let basis = Basis::TiltHalfWidth { half_width_deg: known.level_deg };
+        let noise = Contribution::type_a("noise and repeatability", fit.noise[k], fit.dof, Basis::Positions { count: used.len() });
+        // The sensitivity that gives this standard uncertainty.
+        let sensitivity = if level_rad > 0.0 { fit.tilt[k] * 3.0_f64.sqrt() / level_rad } else { 0.0 };
+        vec![noise, Contribution::rectangular("angles of the positions", level_rad, "rad", sensitivity, basis)]
+    };
+    let bias = Quantity::new(&format!("accel_{name}_bias_m_s2"), "m/s²", fit.coefficients[0], errors_of(0));
+    quantities.push(bias.meaning(Meaning::TumbleK0));
+    // cos of a tilt uniform within ± level: a one-sided error, in the budget with half its greatest value.
     let cosine = Contribution::rectangular(
         "level",
         0.5 * level_rad * level_rad,
@@ -284,60 +315,24 @@ fn accelerometer_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quan
         fit.coefficients[1],
         Basis::TiltHalfWidth { half_width_deg: known.level_deg },
     );
-    // A tilt in one position moves the bias by the cross-axis component of gravity there.
-    let positions = used.len() as f64;
-    let tilt = Contribution::rectangular(
-        "level",
-        level_rad / positions.sqrt(),
-        "rad",
-        g * fit.coefficients[1],
-        Basis::TiltHalfWidth { half_width_deg: known.level_deg },
-    );
-    // In an inclined position an error of its angle acts in the first order; each position has its own.
-    let is_inclined = used.iter().any(|(_, up)| up.iter().any(|part| *part != 0.0 && part.abs() != 1.0));
-    let by_position: Vec<Vec<f64>> = (0..rows.len())
-        .filter_map(|k| {
-            let mut output = vec![0.0; rows.len()];
-            output[k] = fit.coefficients[1] * g * (1.0 - used[k].1[axis].powi(2)).max(0.0).sqrt();
-            least_squares(&rows, &output).map(|fit| fit.coefficients)
-        })
-        .collect();
-    let of_angles = |k: usize, unit: &str| {
-        let sensitivity = by_position.iter().map(|change| change[k] * change[k]).sum::<f64>().sqrt();
-        Contribution::rectangular(
-            "angles of the positions",
-            level_rad,
-            unit,
-            sensitivity,
-            Basis::TiltHalfWidth { half_width_deg: known.level_deg },
-        )
-    };
-    let (of_bias, of_scale) =
-        if is_inclined { (vec![of_angles(0, "rad")], vec![cosine, of_angles(1, "rad")]) } else { (vec![tilt], vec![cosine]) };
-    let with_noise = |k: usize, more: Vec<Contribution>| std::iter::once(noise(k)).chain(more).collect::<Vec<_>>();
-    let bias = Quantity::new(&format!("accel_{name}_bias_m_s2"), "m/s²", fit.coefficients[0], with_noise(0, of_bias));
-    quantities.push(bias.meaning(Meaning::TumbleK0));
-    let scale = Quantity::new(&format!("accel_{name}_scale"), "1", fit.coefficients[1], with_noise(1, of_scale));
+    let mut of_scale = errors_of(1);
+    of_scale.push(cosine);
+    if known.gravity_error_m_s2 > 0.0 {
+        let basis = Basis::GravityHalfWidth { half_width_m_s2: known.gravity_error_m_s2 };
+        of_scale.push(Contribution::rectangular("gravity", known.gravity_error_m_s2, "m/s²", fit.coefficients[1] / g, basis));
+    }
+    let scale = Quantity::new(&format!("accel_{name}_scale"), "1", fit.coefficients[1], of_scale);
     quantities.push(scale.meaning(Meaning::TumbleK1));
     for (k, other) in others.iter().enumerate() {
-        let q = Quantity::new(
-            &format!("accel_{name}_by_{}", AXES[*other]),
-            "1",
-            fit.coefficients[2 + k],
-            vec![noise(2 + k), axis_direction(known)],
-        );
+        let mut contributions = errors_of(2 + k);
+        contributions.push(axis_direction(known));
+        let q = Quantity::new(&format!("accel_{name}_by_{}", AXES[*other]), "1", fit.coefficients[2 + k], contributions);
         quantities.push(q.meaning(Meaning::HandCrossAxis));
     }
-    if fit.coefficients.len() > linear {
-        let tilt = Contribution::rectangular("level", level_rad / g, "s²/m", 1.0, Basis::TiltHalfWidth { half_width_deg: known.level_deg });
-        let tilt = if is_inclined { of_angles(linear, "rad") } else { tilt };
-        let k2 = Quantity::new(&format!("accel_{name}_k2_s2_m"), "s²/m", fit.coefficients[linear], with_noise(linear, vec![tilt]));
-        quantities.push(k2.meaning(Meaning::TumbleK2));
-    }
-    if fit.coefficients.len() > linear + 1 {
-        let k = linear + 1;
-        let k3 = Quantity::new(&format!("accel_{name}_k3_s4_m2"), "s⁴/m²", fit.coefficients[k], with_noise(k, vec![of_angles(k, "rad")]));
-        quantities.push(k3.meaning(Meaning::TumbleK3));
+    let powers = [("k2_s2_m", "s²/m", Meaning::TumbleK2), ("k3_s4_m2", "s⁴/m²", Meaning::TumbleK3)];
+    for (k, (power, unit, meaning)) in (linear..fit.coefficients.len()).zip(powers) {
+        let q = Quantity::new(&format!("accel_{name}_{power}"), unit, fit.coefficients[k], errors_of(k));
+        quantities.push(q.meaning(meaning));
     }
 }
 
@@ -447,6 +442,11 @@ mod tests {
                 check(&format!("gyro_{a}_by_{b}"), gyro[i][j]);
                 check(&format!("accel_{a}_by_{b}"), accel[i][j]);
             }
+        }
+        // In upright positions a tilt acts in the second order: 0.5° half-width is 4e-5 of the scale.
+        for axis in AXES {
+            let scale = found.iter().find(|q| q.name == format!("accel_{axis}_scale")).unwrap();
+            assert!(scale.expanded_u() < 3e-4, "{scale:?}");
         }
         let bias = found.iter().find(|q| q.name == "accel_x_bias_m_s2").unwrap();
         assert!(bias.covers(0.1), "{} ± {}", bias.value, bias.expanded_u());

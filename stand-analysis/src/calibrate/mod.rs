@@ -18,6 +18,7 @@ pub mod lock_in;
 pub mod note;
 pub mod plateaus;
 mod plausibility;
+mod positions_fit;
 pub mod response;
 pub mod response_function;
 pub mod session;

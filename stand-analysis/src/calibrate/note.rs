@@ -49,6 +49,11 @@ pub enum Basis {
         /// K.
         half_width_K: f64,
     },
+    /// Half-width of the local gravity.
+    GravityHalfWidth {
+        /// m/s².
+        half_width_m_s2: f64,
+    },
     /// Half-width of the stand's tilt, degrees.
     TiltHalfWidth {
         /// °.

@@ -27,6 +27,11 @@ pub enum CycleDefect {
     },
     /// The currents of the two pulses differ in size.
     CurrentLimited,
+    /// The rate is off by more than the scatter of the other cycles explains.
+    Disturbed {
+        /// Deviation from the fit of the others, rad/s.
+        deviation_rad_s: f64,
+    },
     /// The firmware rejected the cycle, with this text.
     Firmware(String),
 }

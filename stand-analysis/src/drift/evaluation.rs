@@ -1,15 +1,15 @@
 //! Evaluation of many cycles: own drift, apparent drift and azimuth with uncertainties, corrected and uncorrected.
 
-use super::cycle::{Cycle, is_same_position};
+use super::cycle::{Cycle, CycleDefect, is_same_position};
 use super::error::DriftError;
 use super::error_budget::{AxisBudget, DriftQuantity, ErrorSource, Levers, MIN_AZIMUTH_SINE};
 use super::inequality::MIN_AMPLITUDE_RATIO;
 use super::integral::{Integral, reference_rad_s};
 use super::latitude::EarthRate;
-use super::measurement::{DriftWarning, Measurement, Movement, SeparatedDrift};
+use super::measurement::{AzimuthLimit, DriftWarning, Measurement, Movement, SeparatedDrift};
 use super::positions::{PositionFit, PositionModel};
 use super::separation::{self, PlatformDrift};
-use super::session_fit::{FitRow, LOG10_SIGNIFICANCE, SessionFit};
+use super::session_fit::{FitRow, LOG10_SIGNIFICANCE, SessionFit, disturbed};
 use hal_sim::gyro::Orientation;
 use identification::deadline::Deadline;
 use identification::statistics::uncertainty::{Estimate, Uncertainty};
@@ -55,7 +55,7 @@ impl Measurement {
     ///
     /// # Errors
     /// As [`Measurement::evaluate`]; [`DriftError::Interrupted`] after the deadline.
-    pub fn evaluate_until(self, deadline: Deadline) -> Result<DriftResult, DriftError> {
+    pub fn evaluate_until(mut self, deadline: Deadline) -> Result<DriftResult, DriftError> {
         let check = || if deadline.has_passed() { Err(DriftError::Interrupted) } else { Ok(()) };
         check()?;
         if self.valid_cycles().is_empty() {
@@ -63,6 +63,8 @@ impl Measurement {
             return Err(DriftError::NoValidCycle { log: self.name, count: self.cycles.len(), defect });
         }
         let earth = self.latitude_deg.map(|latitude| EarthRate::at(latitude, self.uncertainties.latitude_error_rad)).transpose()?;
+        self.leave_out_disturbed();
+        check()?;
         let raw: Rate<'_> = &|cycle| cycle.integral.drift_rad_s();
         let (corrected, uncorrected) = if self.has_three_axes {
             let earth = earth.ok_or_else(|| DriftError::Note { log: self.name.clone(), note: "latitude_deg" })?;
@@ -91,15 +93,47 @@ impl Measurement {
                 azimuth.uncertainty = azimuth.uncertainty.map(|linear| of_cosine(azimuth.value, cosine, turn_rad, linear));
             }
         }
+        if let (None, Some(earth)) = (&corrected.azimuth_rad, earth.as_ref().filter(|earth| !earth.is_pole())) {
+            let known = |uncertainty: Uncertainty| uncertainty.with_known(earth.u_horizontal_rad_s);
+            let apparent = corrected.apparent_rad_s[0];
+            let apparent = Estimate { uncertainty: apparent.uncertainty.map(known), ..apparent };
+            corrected.azimuth_limit = AzimuthLimit::of(apparent, earth.horizontal_rad_s);
+        }
         let warnings = self.result_warnings(earth.as_ref(), &corrected);
         let reference_rad_s = self.reference_rad_s();
         Ok(DriftResult { measurement: self, corrected, uncorrected: uncorrected.drift, reference_rad_s, budgets, warnings })
     }
 
-    /// The rows of an axis. `offset` is added to the rate of a cycle in a position.
-    fn rows(&self, axis: usize, rate: Rate<'_>, is_corrected: bool, regressors: &dyn Fn(&Orientation) -> (Vec<f64>, f64)) -> Vec<FitRow> {
+    /// The valid cycles of an axis by time.
+    fn cycles_of(&self, axis: usize) -> Vec<&Cycle> {
         let mut cycles: Vec<&Cycle> = self.valid_cycles().into_iter().filter(|cycle| cycle.axis == axis).collect();
         cycles.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        cycles
+    }
+
+    /// Marks the cycles whose rates the others refute.
+    fn leave_out_disturbed(&mut self) {
+        let mut found: Vec<(u32, usize, f64)> = Vec::new();
+        for axis in 0..if self.has_three_axes { 3 } else { 1 } {
+            let positions = self.positions();
+            let indicator = |position: &Orientation| {
+                let known = positions.iter().map(|other| f64::from(u8::from(is_same_position(position, other))));
+                (known.collect(), 0.0)
+            };
+            let numbers: Vec<u32> = self.cycles_of(axis).iter().map(|cycle| cycle.number).collect();
+            let rows = self.rows(axis, &Cycle::rate_rad_s, true, &indicator);
+            found.extend(disturbed(&rows).into_iter().map(|(row, deviation)| (numbers[row], axis, deviation)));
+        }
+        for (number, axis, deviation_rad_s) in found {
+            if let Some(cycle) = self.cycles.iter_mut().find(|cycle| cycle.number == number && cycle.axis == axis) {
+                cycle.defect = Some(CycleDefect::Disturbed { deviation_rad_s });
+            }
+        }
+    }
+
+    /// The rows of an axis. `offset` is added to the rate of a cycle in a position.
+    fn rows(&self, axis: usize, rate: Rate<'_>, is_corrected: bool, regressors: &dyn Fn(&Orientation) -> (Vec<f64>, f64)) -> Vec<FitRow> {
+        let cycles = self.cycles_of(axis);
         let mut visit = 0;
         let mut rows: Vec<FitRow> = Vec::with_capacity(cycles.len());
         for (k, cycle) in cycles.iter().enumerate() {
@@ -160,6 +194,7 @@ impl Measurement {
             own_rad_s: vec![Estimate { value: position_fit.own.value, ..none }],
             apparent_rad_s: vec![apparent],
             azimuth_rad,
+            azimuth_limit: None,
             position_fit: Some(position_fit),
             inequality: inequality(&[&fit], self),
             movement: vec![movement(&fit)],
@@ -210,6 +245,7 @@ impl Measurement {
             own_rad_s: own_rad_s.map(value).to_vec(),
             apparent_rad_s: apparent.map(value).to_vec(),
             azimuth_rad: (!earth.is_pole()).then(|| value(azimuth_rad - first.turned_rad)),
+            azimuth_limit: None,
             position_fit: None,
             inequality,
             movement: fits.iter().map(movement).collect(),

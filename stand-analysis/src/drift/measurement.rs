@@ -190,12 +190,35 @@ pub struct SeparatedDrift {
     pub apparent_rad_s: Vec<Estimate>,
     /// Azimuth A, rad, where it is determined.
     pub azimuth_rad: Option<Estimate>,
+    /// Its limit near the meridian, where noise makes the apparent drift exceed the horizontal Earth rate.
+    pub azimuth_limit: Option<AzimuthLimit>,
     /// Fit over the positions of a single-axis gyroscope.
     pub position_fit: Option<PositionFit>,
     /// Relative excess ε of a negative pulse for each axis; empty for pulses of one amplitude.
     pub inequality: Vec<Estimate>,
     /// Movement of the drift during the session, for each axis.
     pub movement: Vec<Movement>,
+}
+
+/// An azimuth near the meridian: |A − `near_rad`| < `within_rad`, with a probability of 95 %.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AzimuthLimit {
+    /// 0 (north) or π (south).
+    pub near_rad: f64,
+    /// Largest distance from it.
+    pub within_rad: f64,
+}
+
+impl AzimuthLimit {
+    /// From an apparent drift that exceeds the horizontal Earth rate by less than its expanded uncertainty, which contains that of the rate;
+    /// `None` for others.
+    pub fn of(apparent: Estimate, horizontal_rad_s: f64) -> Option<Self> {
+        let expanded = apparent.uncertainty?.expanded() / horizontal_rad_s;
+        let cosine = -apparent.value / horizontal_rad_s;
+        let least = cosine.abs() - expanded;
+        (cosine.abs() > 1.0 && least <= 1.0)
+            .then(|| AzimuthLimit { near_rad: if cosine > 0.0 { 0.0 } else { std::f64::consts::PI }, within_rad: least.max(-1.0).acos() })
+    }
 }
 
 /// Movement of the drift during a session.

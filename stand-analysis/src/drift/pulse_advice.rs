@@ -17,6 +17,8 @@ const MIN_ROWS: usize = 256;
 const MIN_LINE_RATIO: f64 = 0.05;
 /// Power of a line over the median of the spectrum: noise exceeds it in 4096 bins in one of 10⁵ logs.
 const MIN_LINE_TO_MEDIAN: f64 = 25.0;
+/// Error of the position of a line between two bins by the interpolation, in bins.
+const MIN_BIN_ERROR: f64 = 1e-3;
 /// Most lines reported.
 const MAX_LINES: usize = 6;
 
@@ -27,6 +29,8 @@ pub struct SpectralLine {
     pub frequency_Hz: f64,
     /// Amplitude of the angle, rad.
     pub amplitude_rad: f64,
+    /// Half-width of the frequency, Hz.
+    pub frequency_error_Hz: f64,
 }
 
 /// Advice on the pulse duration.
@@ -48,11 +52,15 @@ pub struct PulseAdvice {
     pub spectrum: Vec<(f64, f64)>,
 }
 
-/// Greatest error of formula (13) by an oscillation of any phase: the rate 2πf a weighted by sinc²(f T), rad/s.
+/// Greatest error of formula (13) by an oscillation of any phase, and of any frequency that the log does not exclude: the rate 2πf a
+/// weighted by sinc²(f T), rad/s.
 pub fn line_error_rad_s(line: &SpectralLine, pulse_s: f64) -> f64 {
-    let x = PI * line.frequency_Hz * pulse_s;
-    let sinc = if x.abs() < 1e-9 { 1.0 } else { x.sin() / x };
-    2.0 * PI * line.frequency_Hz * line.amplitude_rad * sinc * sinc
+    let at = |frequency_Hz: f64| {
+        let x = PI * frequency_Hz * pulse_s;
+        let sinc = if x.abs() < 1e-9 { 1.0 } else { x.sin() / x };
+        2.0 * PI * frequency_Hz * line.amplitude_rad * sinc * sinc
+    };
+    [-1.0, 0.0, 1.0].into_iter().map(|side| at(line.frequency_Hz + side * line.frequency_error_Hz)).max_or_zero()
 }
 
 /// Advice for pulses of about `wanted_s`; `gain_V_rad` is K_k, without it the note `angle_gain_V_rad` of the log.
@@ -128,7 +136,12 @@ fn lines(amplitudes: &[f64], median: f64, step_Hz: f64) -> Vec<SpectralLine> {
             let off = sign * (2.0 * ratio - 1.0) / (1.0 + ratio);
             let x = PI * off;
             let shape = if off.abs() < 1e-6 { 1.0 } else { x.sin() / x / (1.0 - off * off) };
-            SpectralLine { frequency_Hz: (k as f64 + off) * step_Hz, amplitude_rad: mid / shape }
+            let amplitude_rad = mid / shape;
+            // Rife and Boorstyn (IEEE Trans. Inf. Theory 20 (1974) 591): var f = 6 σ²/(π² a² n L²); with 1.5 for the Hann window, twice that
+            // deviation. `median` is that of the power of white noise in a bin, 6 ln 2 σ²/n.
+            let white = median / (6.0 * std::f64::consts::LN_2);
+            let noise = 2.0 * (1.5 * 6.0 * white).sqrt() / (PI * amplitude_rad);
+            SpectralLine { frequency_Hz: (k as f64 + off) * step_Hz, amplitude_rad, frequency_error_Hz: noise.max(MIN_BIN_ERROR) * step_Hz }
         })
         .collect();
     // By the greatest error: a · f times the weight 1/(f T)² of a line.

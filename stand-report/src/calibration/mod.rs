@@ -39,6 +39,7 @@ pub fn stored(record: &CalibrationRecord) -> StoredRecord {
             began: journal.began.clone(),
             computed: record.computed.clone(),
             stand: journal.stand.clone(),
+            simulated: journal.simulated_seed.is_some(),
             tools: journal.tools.clone(),
             is_complete: record.is_complete(),
             statement: statement(),

@@ -17,6 +17,7 @@ pub fn basis(basis: &Basis) -> String {
         Basis::ScaleByTwoRadii => "scale by two radii".into(),
         Basis::ReadingHalfWidth { half_width_percent } => format!("half-width {half_width_percent} % of the reading"),
         Basis::ThermometerHalfWidth { half_width_K } => format!("half-width {half_width_K} K over the range"),
+        Basis::GravityHalfWidth { half_width_m_s2 } => format!("half-width {half_width_m_s2} m/s²"),
         Basis::TiltHalfWidth { half_width_deg } => format!("half-width {half_width_deg}°"),
         Basis::LevelForEarthRate { half_width_deg } => format!("level, half-width {half_width_deg}°: Earth rate along the axis"),
         Basis::LatitudeUnknown => "latitude not given".into(),

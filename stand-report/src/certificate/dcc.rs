@@ -5,7 +5,8 @@
 //! the Schematron rules where Python's package `dcclib` is installed.
 
 use super::d_si::d_si;
-use super::{STATEMENT, conformity, limits, rule};
+use super::names::name;
+use super::{SIMULATED, STATEMENT, conformity, limits, rule};
 use crate::escape::escaped;
 use identification::statistics::uncertainty::{COVERAGE_PROBABILITY, Quantity};
 use stand_records::certificate::{Certificate, Organisation};
@@ -57,6 +58,7 @@ impl Xml {
         });
     }
 
+    /// `issuer`: `manufacturer`, `calibrationLaboratory`, `customer`, `owner` or `other`, the words of the schema.
     fn identification(&mut self, issuer: &str, value: &str, name: &str) {
         self.within("dcc:identification", |xml| {
             xml.element("dcc:issuer", issuer);
@@ -94,7 +96,7 @@ fn quantity(xml: &mut Xml, q: &StoredQuantity) {
     let Some((unit, factor)) = d_si(&q.unit) else { return };
     let attributes = format!(" refType=\"stand_{}\"", escaped(&q.name));
     xml.within("dcc:result", |xml| {
-        xml.text("dcc:name", &q.name);
+        xml.text("dcc:name", &name(&q.name, &q.unit));
         if let Some(meaning) = q.meaning.as_deref().filter(|m| !m.is_empty()) {
             xml.text("dcc:description", meaning);
         }
@@ -257,6 +259,9 @@ fn statements(xml: &mut Xml, certificate: &Certificate) {
             xml.text("dcc:description", text);
         });
     };
+    if certificate.record.header.simulated {
+        statement("simulated stand", SIMULATED);
+    }
     statement("not accredited", STATEMENT);
     statement("traceability", &d.traceability);
     if let Some(crystal) = &certificate.record.header.crystal {
@@ -268,7 +273,7 @@ fn statements(xml: &mut Xml, certificate: &Certificate) {
     if let Some(decision) = &d.decision {
         statement("decision rule", rule(decision.rule));
         for (limit, q, decided) in certificate.decisions() {
-            statement("conformity", &format!("{}: limits {} {}: {}", q.name, limits(limit), q.unit, conformity(decided)));
+            statement("conformity", &format!("{}: limits {} {}: {}", name(&q.name, &q.unit), limits(limit), q.unit, conformity(decided)));
         }
     }
 }
@@ -302,8 +307,8 @@ fn measurement_result(xml: &mut Xml, certificate: &Certificate, record: &StoredR
                 xml.within("dcc:measuringEquipment", |xml| {
                     xml.text("dcc:name", &e.name);
                     xml.within("dcc:identifications", |xml| {
-                        xml.identification("laboratory", &e.serial, "serial number");
-                        xml.identification("laboratory", &e.certificate, &format!("certificate, valid until {}", e.valid_until));
+                        xml.identification("calibrationLaboratory", &e.serial, "serial number");
+                        xml.identification("calibrationLaboratory", &e.certificate, &format!("certificate, valid until {}", e.valid_until));
                     });
                 });
             }

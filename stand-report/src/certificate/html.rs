@@ -1,6 +1,7 @@
 //! A certificate as one HTML page for print, with the fields of ISO/IEC 17025:2017, clause 7.8.
 
-use super::{STATEMENT, conformity, limits, rule};
+use super::names::name;
+use super::{SIMULATED, STATEMENT, conformity, limits, rule};
 use crate::calibration::{definition, value_text};
 use crate::html::{Cell, Class, Page, Table};
 use crate::significant;
@@ -18,7 +19,7 @@ fn results(record: &StoredRecord) -> Table {
     let mut table = Table::new(["quantity", "value", "U", "k", "unit", "conditions and definition"]);
     for q in &record.quantities {
         table.row([
-            Cell::text(&q.name),
+            Cell::text(name(&q.name, &q.unit)),
             Cell::number(value_text(q)),
             Cell::number(significant(q.expanded_u(), 2)),
             Cell::number(significant(q.coverage_factor(COVERAGE_PROBABILITY), 3)),
@@ -37,6 +38,9 @@ pub fn html(certificate: &Certificate) -> String {
         Class::Lead,
         format!("{}, {} {}, serial number {}", d.item.description, d.item.manufacturer, certificate.model(), certificate.serial()),
     );
+    if record.header.simulated {
+        page.paragraph(Class::EveryPage, SIMULATED);
+    }
     page.paragraph(Class::Warning, STATEMENT);
     page.section("Certificate", |page| {
         let mut table = Table::new(Vec::<String>::new());
@@ -104,7 +108,7 @@ pub fn html(certificate: &Certificate) -> String {
                     Conformity::Fail | Conformity::Undecided => Class::Warning,
                 };
                 table.row([
-                    Cell::text(&q.name),
+                    Cell::text(name(&q.name, &q.unit)),
                     Cell::number(limits(limit)),
                     Cell::number(value_text(q)),
                     Cell::number(significant(q.expanded_u(), 2)),

@@ -3,6 +3,7 @@
 mod d_si;
 mod dcc;
 mod html;
+mod names;
 
 pub use dcc::dcc;
 pub use html::html;
@@ -18,6 +19,9 @@ use stand_records::certificate::{Certificate, Conformity, DecisionRule, Limit};
 /// Said on every certificate.
 const STATEMENT: &str = "This certificate is not issued under an accreditation. The results refer to the calibrated item at the time of the calibration only. \
                          It must not be reproduced except in full without the approval of the laboratory.";
+
+/// Said on every page of a certificate of a simulated stand.
+const SIMULATED: &str = "Simulated stand: no device was calibrated. This is an example, not a certificate of a measurement.";
 
 fn rule(rule: DecisionRule) -> &'static str {
     match rule {

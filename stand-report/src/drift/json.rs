@@ -13,7 +13,7 @@ use serde::Serialize;
 use serde_json::Value;
 use stand_analysis::drift::error_budget::{AxisBudget, DriftQuantity, ErrorSource};
 use stand_analysis::drift::evaluation::sources;
-use stand_analysis::drift::measurement::SeparatedDrift;
+use stand_analysis::drift::measurement::{AzimuthLimit, SeparatedDrift};
 use stand_analysis::drift::platform::{PlatformCycle, PlatformResult, PlatformSource};
 use stand_analysis::drift::pulse_advice::PulseAdvice;
 use stand_analysis::drift::{Cycle, DEG_H, DriftResult};
@@ -50,6 +50,19 @@ impl AzimuthEntry {
         let azimuth = found.azimuth_rad?;
         let second = found.second_azimuth_rad();
         Some(Self { estimate: EstimateJson::new(&azimuth, 1_f64.to_degrees()), or: second.map(f64::to_degrees) })
+    }
+}
+
+/// An azimuth near the meridian: |A − near_deg| < within_deg (95 %).
+#[derive(Serialize, JsonSchema)]
+struct AzimuthLimitEntry {
+    near_deg: f64,
+    within_deg: f64,
+}
+
+impl From<AzimuthLimit> for AzimuthLimitEntry {
+    fn from(limit: AzimuthLimit) -> Self {
+        Self { near_deg: limit.near_rad.to_degrees(), within_deg: limit.within_rad.to_degrees() }
     }
 }
 
@@ -135,6 +148,8 @@ struct DriftEntry<'a> {
     own_drift_deg_h: Option<AxesEntry>,
     apparent_drift_deg_h: Option<AxesEntry>,
     azimuth_deg: Option<AzimuthEntry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    azimuth_limit: Option<AzimuthLimitEntry>,
     g_drift_deg_h_g: Vec<AxisEntry>,
     latitude_deg: Option<f64>,
     inequality: Vec<AxisEntry>,
@@ -185,6 +200,7 @@ pub fn json(result: &DriftResult, units: Units) -> Value {
         own_drift_deg_h: AxesEntry::new(&corrected.own_rad_s),
         apparent_drift_deg_h: AxesEntry::new(&corrected.apparent_rad_s),
         azimuth_deg: AzimuthEntry::new(corrected),
+        azimuth_limit: corrected.azimuth_limit.map(AzimuthLimitEntry::from),
         g_drift_deg_h_g: g_dependent.collect(),
         latitude_deg: m.latitude_deg,
         inequality: inequality.collect(),

@@ -5,7 +5,7 @@ use super::words::{QUIET, defect, warning};
 use crate::uncertainty::{FOOTNOTE, estimate};
 use crate::units::Units;
 use crate::{plain, significant};
-use stand_analysis::drift::measurement::SeparatedDrift;
+use stand_analysis::drift::measurement::{AzimuthLimit, SeparatedDrift};
 use stand_analysis::drift::platform::PlatformResult;
 use stand_analysis::drift::pulse_advice::PulseAdvice;
 use stand_analysis::drift::{DEG_H, DriftResult, Measurement};
@@ -31,6 +31,7 @@ pub(super) fn drift_lines(found: &SeparatedDrift, display: &Display) -> Vec<Stri
             let second = second.map(|second| format!(", or {}: positions 0,90,180,270 decide", plain(second.to_degrees(), 5)));
             lines.push(format!("azimuth {}{}", estimate(azimuth, &display.angle), second.unwrap_or_default()));
         }
+        None if found.azimuth_limit.is_some() => lines.extend(found.azimuth_limit.map(|limit| azimuth_limit(&limit))),
         None => lines.push("azimuth not determined: needs the latitude, and an apparent drift below the horizontal Earth rate".to_owned()),
     }
     for (axis, inequality) in axes.iter().zip(&found.inequality) {
@@ -42,6 +43,13 @@ pub(super) fn drift_lines(found: &SeparatedDrift, display: &Display) -> Vec<Stri
         }
     }
     lines
+}
+
+/// An azimuth near the meridian.
+fn azimuth_limit(limit: &AzimuthLimit) -> String {
+    let within = significant(limit.within_rad.to_degrees(), 2);
+    let size = if limit.near_rad == 0.0 { format!("|A| < {within}°") } else { format!("|A − 180°| < {within}°") };
+    format!("azimuth {size} (95 %): the apparent drift exceeds the horizontal Earth rate by less than its uncertainty")
 }
 
 /// The cycles that are not used, with the reason.

@@ -199,6 +199,10 @@ pub(super) fn defect(defect: &CycleDefect) -> String {
             significant(*ratio, 3)
         ),
         CycleDefect::CurrentLimited => "current limited".to_owned(),
+        CycleDefect::Disturbed { deviation_rad_s } => format!(
+            "its rate is {} °/h off the others, which their scatter explains with a probability below 1e-3 only: disturbed",
+            significant(deviation_rad_s / DEG_H, 3)
+        ),
         CycleDefect::Firmware(text) => text.clone(),
     }
 }

@@ -116,3 +116,56 @@ fn a_warm_up_hides_slow_noise_until_it_is_left_out() {
     covers_n(&rest);
     assert!(!says(&rest).contains("transient") && rest["rate_random_walk_deg_h_sqrt_h"]["value"].is_null(), "{}", says(&rest));
 }
+
+/// Twelve rows of 65 536 are off by 40 standard deviations: as noise, N would be 14 % larger.
+#[test]
+fn wild_rows_are_replaced_and_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rates = WHITE.rates(ROWS, INTERVAL_S, 8);
+    let size = 40.0 * WHITE.white / INTERVAL_S.sqrt();
+    (0..12).for_each(|k| rates[5000 * k + 77] += if k % 3 == 0 { -size } else { size });
+    let answer = analysed(folder.path(), rates.into_iter().enumerate().map(|(k, rate)| (k as f64 * INTERVAL_S, rate)), &[]);
+    covers_n(&answer);
+    let note = answer["notes"].as_array().unwrap().iter().find(|note| note["kind"] == "wild-rows").unwrap();
+    assert_eq!(note["count"], 12);
+    assert!(note["oadev_with"].as_f64().unwrap() > 1.1 * note["oadev_without"].as_f64().unwrap(), "{note}");
+}
+
+/// The temperature of a room swings with 30 min: a ramp of the level, if only the curve is looked at.
+#[test]
+fn a_periodic_temperature_is_no_ramp() {
+    for (seed, period_s) in [(9, 1800.0), (10, 700.0), (11, 12.5)] {
+        let folder = tempfile::tempdir().unwrap();
+        let swing = |t: f64| 20.0 * DEG_H * (std::f64::consts::TAU * t / period_s + 1.0).sin();
+        let rates = WHITE.rates(ROWS, INTERVAL_S, seed).into_iter().enumerate();
+        let answer = analysed(folder.path(), rates.map(|(k, rate)| (k as f64 * INTERVAL_S, rate + swing(k as f64 * INTERVAL_S))), &[]);
+        covers_n(&answer);
+        let note = answer["notes"].as_array().unwrap().iter().find(|note| note["kind"] == "periodic").unwrap();
+        assert!((note["period_s"].as_f64().unwrap() / period_s - 1.0).abs() < 0.05, "{period_s}: {note}");
+        for key in ["bias_instability_deg_h", "rate_random_walk_deg_h_sqrt_h", "rate_ramp_deg_h_h"] {
+            assert!(answer[key]["value"].is_null(), "{period_s}: {}", answer[key]);
+        }
+        // Two periods could be anything slow.
+        let few = answer["rate_ramp_deg_h_h"]["says"].as_str().unwrap().contains("few periods");
+        assert_eq!(few, period_s > 1000.0, "{period_s}: {}", answer["rate_ramp_deg_h_h"]);
+    }
+}
+
+/// A step of one standard deviation adds a twelfth to the variance; one of three hides the noise.
+#[test]
+fn rounding_is_subtracted_or_hides_the_noise() {
+    let row_sigma = WHITE.white / INTERVAL_S.sqrt();
+    let rounded = |steps: f64| {
+        let folder = tempfile::tempdir().unwrap();
+        let lsb = steps * row_sigma;
+        let rates = WHITE.rates(ROWS, INTERVAL_S, 12).into_iter().enumerate();
+        analysed(folder.path(), rates.map(|(k, rate)| (k as f64 * INTERVAL_S, (rate / lsb).round() * lsb)), &[])
+    };
+    let fine = rounded(1.0);
+    covers_n(&fine);
+    let note = fine["notes"].as_array().unwrap().iter().find(|note| note["kind"] == "resolution").unwrap();
+    assert!((note["percent"].as_f64().unwrap() - 100.0 / 13.0).abs() < 0.2, "{note}");
+    let coarse = rounded(3.0);
+    let n = &coarse["angle_random_walk_deg_sqrt_h"];
+    assert!(n["value"].is_null() && n["reason"]["kind"] == "coarse-resolution", "{n}");
+}

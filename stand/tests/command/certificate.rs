@@ -45,11 +45,16 @@ fn certificate_has_the_fields_of_clause_7_8_and_is_not_accredited() {
     }
     for text in [&html, &xml] {
         assert!(text.contains("not issued under an accreditation"));
+        assert!(text.contains("Simulated stand: no device was calibrated"));
+        assert!(text.contains("linearity error") && !text.contains(">bias_rad_s<"));
     }
     let document = roxmltree::Document::parse(&xml).unwrap();
     let root = document.root_element();
     assert_eq!((root.tag_name().name(), root.attribute("schemaVersion")), ("digitalCalibrationCertificate", Some("3.3.0")));
     assert_eq!(children(root), ["administrativeData", "measurementResults"]);
+    // The words of the schema's enumeration.
+    let issuers: Vec<&str> = document.descendants().filter(|n| n.tag_name().name() == "issuer").filter_map(|n| n.text()).collect();
+    assert!(issuers.len() > 1 && issuers.iter().all(|issuer| ["manufacturer", "calibrationLaboratory"].contains(issuer)), "{issuers:?}");
     let find = |name: &str| document.descendants().find(|n| n.tag_name().name() == name).unwrap_or_else(|| panic!("{name}"));
     assert_eq!(
         children(find("administrativeData")),

@@ -10,7 +10,7 @@ fn strong_random_walk_is_no_quantisation() {
     let folder = std::env::temp_dir().join(format!("stand-allan-mixture-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder for the record");
     let mixture = Mixture::drawn(9309);
-    let answer = mixture.answer(&mixture.log(9309, &folder)).expect("an answer");
+    let answer = mixture.answer(&mixture.log(9309, None, &folder)).expect("an answer");
     std::fs::remove_dir_all(&folder).expect("the folder is removed");
     let [q, n, b, k, r] = answer.coefficients;
     assert!(q.estimate.is_none() && r.estimate.is_none(), "{q:?} {r:?}");

@@ -1,4 +1,5 @@
-//! `allan`: records of a sensor at rest with known noise. One condition, `mixture`.
+//! `allan`: records of a sensor at rest with known noise. Conditions: `mixture`, noise alone; and the same with a [`Disturbance`]:
+//! `warm-up`, `wild-rows`, `periodic`, `rounded`.
 //!
 //! The rows are means over their interval, as an integrating gyro gives them: single samples of flicker noise would fold its fast part into
 //! N. Each record has white noise, flicker noise and random walk of random size, as an inertial sensor has. Quantities: N (white noise), B
@@ -15,18 +16,71 @@ use super::{Interval, Measured, TemporaryFolder};
 use crate::TWO_SIDED_95;
 use crate::campaign::inputs::InputHash;
 
-const FIRST_SEED: u64 = 9001;
-const CASES: u64 = 150;
+/// Condition, first seed, number of records.
+const CONDITIONS: [(&str, u64, u64, Option<Disturbance>); 5] = [
+    ("mixture", 9001, 150, None),
+    ("warm-up", 12_001, 80, Some(Disturbance::WarmUp)),
+    ("wild-rows", 12_201, 80, Some(Disturbance::WildRows)),
+    ("periodic", 12_401, 80, Some(Disturbance::Periodic)),
+    ("rounded", 12_601, 80, Some(Disturbance::Rounded)),
+];
 
-pub(super) fn conditions() -> Vec<(String, u64, u64)> {
-    vec![("mixture".to_owned(), FIRST_SEED, CASES)]
+/// What a record contains besides its noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Disturbance {
+    /// A decaying exponential of 20 to 200 °/h, with a time constant of 3 to 30 % of the record.
+    WarmUp,
+    /// 5 to 30 rows that are off by 20 to 60 standard deviations of a row.
+    WildRows,
+    /// A sinusoid of 3 to 60 °/h, with 1.5 to 500 periods in the record.
+    Periodic,
+    /// Rows rounded to a step of 0.3 to 4 standard deviations of a row.
+    Rounded,
 }
 
-pub(super) fn measured(_condition: &str, seed: u64) -> Result<Measured, String> {
+impl Disturbance {
+    /// Adds itself to the rates, rad/s, of noise with this standard deviation of a row.
+    fn add(self, rates: &mut [f64], seed: u64, row_sigma: f64) {
+        let mut draw = Noise::new(seed, 54, 1.0);
+        let mut log_uniform = |low: f64, high: f64| low * (high / low).powf(0.5 + draw.uniform(0.5));
+        let rows = rates.len() as f64;
+        match self {
+            Disturbance::WarmUp => {
+                let (size, time_constant) = (log_uniform(20.0, 200.0) * DEG_H, log_uniform(0.03, 0.3) * rows);
+                rates.iter_mut().enumerate().for_each(|(k, rate)| *rate += size * (-(k as f64) / time_constant).exp());
+            }
+            Disturbance::WildRows => {
+                for k in 0..log_uniform(5.0, 30.0) as usize {
+                    let size = log_uniform(20.0, 60.0) * row_sigma;
+                    let row = (rows * (log_uniform(1.0, std::f64::consts::E)).ln()) as usize;
+                    rates[row.min(rates.len() - 1)] += if k % 2 == 0 { size } else { -size };
+                }
+            }
+            Disturbance::Periodic => {
+                let (size, periods, phase) = (log_uniform(3.0, 60.0) * DEG_H, log_uniform(1.5, 500.0), log_uniform(1.0, 500.0));
+                let angle = |k: usize| std::f64::consts::TAU * periods * k as f64 / rows + phase;
+                rates.iter_mut().enumerate().for_each(|(k, rate)| *rate += size * angle(k).sin());
+            }
+            Disturbance::Rounded => {
+                let step = log_uniform(0.3, 4.0) * row_sigma;
+                rates.iter_mut().for_each(|rate| *rate = (*rate / step).round() * step);
+            }
+        }
+    }
+}
+
+pub(super) fn conditions() -> Vec<(String, u64, u64)> {
+    CONDITIONS.iter().map(|(name, first, cases, _)| ((*name).to_owned(), *first, *cases)).collect()
+}
+
+pub(super) fn measured(condition: &str, seed: u64) -> Result<Measured, String> {
+    let Some((.., disturbance)) = CONDITIONS.iter().find(|(name, ..)| *name == condition) else {
+        return Err(format!("no condition `{condition}`"));
+    };
     let folder = TemporaryFolder::new(&format!("allan-{seed}"));
     std::fs::create_dir_all(&folder.0).map_err(|e| e.to_string())?;
     let mixture = Mixture::drawn(seed);
-    let log = mixture.log(seed, &folder.0);
+    let log = mixture.log(seed, *disturbance, &folder.0);
     let answer = mixture.answer(&log);
     Ok(Measured { inputs: InputHash::default().log(&log).short(), intervals: answer.map(|answer| mixture.intervals(&answer)) })
 }
@@ -89,12 +143,15 @@ impl Mixture {
             .collect()
     }
 
-    /// The record, as a log that is not written yet, for this folder.
+    /// The record with a disturbance, as a log that is not written yet, for this folder.
     ///
     /// # Panics
     /// Never: the columns are those of a log.
-    pub fn log(&self, seed: u64, folder: &Path) -> Log {
-        let rates = self.rates(seed);
+    pub fn log(&self, seed: u64, disturbance: Option<Disturbance>, folder: &Path) -> Log {
+        let mut rates = self.rates(seed);
+        if let Some(disturbance) = disturbance {
+            disturbance.add(&mut rates, seed, self.white / self.interval_s.sqrt());
+        }
         let t_s = (0..rates.len()).map(|k| k as f64 * self.interval_s).collect();
         let columns = [("t_s", t_s), ("gyro_rad_s", rates)].map(|(name, values)| Column { name: name.to_owned(), values });
         Log::new(folder.join(format!("record-{seed}.parquet")), columns.into(), Vec::new()).expect("the columns of a log")

@@ -4,7 +4,7 @@ use super::super::coverage::rows::{Chance, CoverageRecord};
 use super::table;
 
 /// What a condition is, in words.
-const CONDITIONS: [(&str, &str, &str); 23] = [
+const CONDITIONS: [(&str, &str, &str); 27] = [
     ("fit", "voltage-clean", "voltage mode"),
     ("fit", "voltage-jitter", "voltage mode, jittered time stamps"),
     ("fit", "voltage-outliers", "voltage mode, outliers"),
@@ -28,6 +28,10 @@ const CONDITIONS: [(&str, &str, &str); 23] = [
     ("drift", "walk-four-positions", "random walk, four positions"),
     ("drift", "visit-offsets", "level changes with each turn"),
     ("allan", "mixture", "white noise, flicker noise, random walk"),
+    ("allan", "warm-up", "the same with a decaying exponential"),
+    ("allan", "wild-rows", "the same with 5 to 30 wild rows"),
+    ("allan", "periodic", "the same with a sinusoid, 1.5 to 500 periods"),
+    ("allan", "rounded", "the same, rounded to 0.3 to 4 σ of a row"),
 ];
 
 fn words(row: &CoverageRecord) -> &str {
