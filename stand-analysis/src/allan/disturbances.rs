@@ -124,9 +124,15 @@ impl<'a> Rows<'a> {
         mean - self.curves.iter().map(|curve| curve.mean(&rows)).sum::<f64>()
     }
 
+    /// Rows of a segment that have a rate: of angles all but the last.
+    fn with_rates(&self, segment: &Range<usize>) -> Range<usize> {
+        let more = usize::from(self.interpretation == Interpretation::Integral);
+        segment.start..segment.end.saturating_sub(more).max(segment.start)
+    }
+
     fn blocks(&self, segments: &[Range<usize>], length: usize) -> Vec<Block> {
         let of_segment = |(segment, rows): (usize, &Range<usize>)| {
-            let count = rows.len() / length;
+            let count = self.with_rates(rows).len() / length;
             let start = rows.start;
             (0..count).map(move |k| Block { mean: 0.0, segment, row: start + k * length }).collect::<Vec<_>>()
         };
@@ -379,6 +385,7 @@ fn short_search(rows: Rows<'_>, segments: &[Range<usize>], count: usize) -> Opti
 
 /// The levels of several blocks on both sides differ, too: no single outlier.
 fn persists(rows: Rows<'_>, segment: &Range<usize>, candidate: Disturbance, length: usize) -> bool {
+    let segment = rows.with_rates(segment);
     let near = length.div_ceil(2);
     let far = near + PERSISTENCE_BLOCKS * length;
     let before = candidate.row.saturating_sub(far).max(segment.start)..candidate.row.saturating_sub(near).max(segment.start);
@@ -391,6 +398,7 @@ fn persists(rows: Rows<'_>, segment: &Range<usize>, candidate: Disturbance, leng
 
 /// The split of the rows around a step with the greatest difference of both sides, in units of its uncertainty under white noise.
 fn located(rows: Rows<'_>, segment: &Range<usize>, row: usize, length: usize) -> Step {
+    let segment = rows.with_rates(segment);
     let reach = length + length.div_ceil(2);
     let within = row.saturating_sub(reach).max(segment.start)..(row + reach).min(segment.end);
     let part = (within.len() / (3 * LOCATION_PARTS)).max(1);

@@ -31,6 +31,8 @@ const MIN_PERIODS: f64 = 3.0;
 const MAX_QUANTUM_PER_SIGMA: f64 = 1.5;
 /// Most values of a column that takes few, and the deviation of one from its level, in steps.
 const MAX_COARSE_LEVELS: usize = 20;
+/// Rows within which it takes so few: over more its level may drift.
+const COARSE_ROWS: usize = 10_000;
 const MAX_LEVEL_DEVIATION: f64 = 0.05;
 /// Part of the variance of a row by rounding from which on it is mentioned.
 const MIN_MENTIONED_PART: f64 = 1e-3;
@@ -90,7 +92,7 @@ impl Request {
         check()?;
         let name = self.log.display().to_string();
         let Recorded { column, timing } = recorded;
-        let quantum = column.quantization_step().or_else(|| coarse_step(&column.values));
+        let quantum = column.quantization_step().or_else(|| column.values.chunks(COARSE_ROWS).find_map(coarse_step));
         let mut unit = Unit::of(&self.column);
         let interpretation = self.interpretation.unwrap_or(if unit.is_angle() { Interpretation::Integral } else { Interpretation::Value });
         let rows = column.values.len();
@@ -417,7 +419,10 @@ impl Answer {
             let of_rounding = if p == WHITE { rounding } else { 0.0 };
             let size = |square: f64| (square - of_rounding).max(0.0).sqrt() * seconds[p];
             let limit = || Some(size(found.below[p])).filter(|below| below.is_finite());
-            *coefficient = match (found.intervals[p].filter(|_| is_shown(p)), hidden.filter(|_| SLOW.contains(&p))) {
+            *coefficient = match (
+                found.intervals[p].filter(|_| is_shown(p) && found.squares[p] > of_rounding),
+                hidden.filter(|_| SLOW.contains(&p)),
+            ) {
                 (_, Some(reason)) => Coefficient { not_shown: Some(reason), ..Coefficient::default() },
                 (Some(intervals), None) => {
                     let value = size(found.squares[p]);

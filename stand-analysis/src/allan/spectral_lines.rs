@@ -4,8 +4,10 @@
 //! rows; [`SpectralLine::remove`] subtracts them.
 //!
 //! The power of a line (Hann window) is compared with the mean power of the lines beside it: under noise with a smooth spectrum the ratio is
-//! that of two χ², of 2 and of [`BESIDE_DEGREES`] degrees of freedom. Periods longer than a twelfth of the record are those of
-//! [`super::disturbances`], which knows the spectra of the noise there.
+//! that of two χ², of 2 and of [`BESIDE_DEGREES`] degrees of freedom. The search is in the longest stretch without a gap: first in its rows,
+//! up to [`STRETCH`] of them, then, where it is longer, in means over blocks of them. Periods longer than a twelfth of the record are those of
+//! [`super::disturbances`], which knows the spectra of the noise there; between a twelfth of the longest stretch and a twelfth of a record with
+//! gaps no period is searched.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -37,31 +39,40 @@ const FREQUENCY_STEPS: usize = 30;
 pub struct SpectralLine {
     /// Period, rows.
     pub rows: f64,
-    /// Amplitude in the stretch in which it was found, in the unit of the rate per interval of the rows for angles.
+    /// Amplitude of the rows in the stretch in which it was found, in the unit of the rate per interval of the rows for angles.
     pub amplitude: f64,
     stretches: Vec<(Range<usize>, Curve)>,
 }
 
 /// Finds the lines, the strongest first, and removes them from the values.
 pub fn remove_lines(values: &mut [f64], interpretation: Interpretation, segments: &[Range<usize>]) -> Vec<SpectralLine> {
-    let stretches: Vec<Range<usize>> =
-        segments.iter().flat_map(|s| s.clone().step_by(STRETCH).map(|row| row..s.end.min(row + STRETCH))).collect();
-    let Some(longest) = stretches.iter().max_by_key(|stretch| stretch.len()).filter(|stretch| stretch.len() >= MIN_STRETCH) else {
+    let Some(longest) = segments.iter().max_by_key(|segment| segment.len()).filter(|segment| segment.len() >= MIN_STRETCH) else {
         return Vec::new();
     };
     let mut found = Vec::new();
-    while found.len() < MAX_LINES {
-        let Some(period) = strongest(&rates(values, interpretation, longest)) else { break };
-        let shape = Shape::Sinusoid { rows: period };
-        let fitted: Vec<(Range<usize>, Curve)> = stretches
-            .iter()
-            .filter(|stretch| stretch.len() as f64 > 2.0 * period)
-            .filter_map(|stretch| Some((stretch.clone(), fitted(shape, &rates(values, interpretation, stretch))?)))
-            .collect();
-        let amplitude = fitted.iter().find(|(stretch, _)| stretch == longest).map_or(0.0, |(_, curve)| curve.size());
-        let line = SpectralLine { rows: period, amplitude, stretches: fitted };
-        line.remove(values, interpretation, segments);
-        found.push(line);
+    // Rows of a block.
+    for block in if longest.len() > STRETCH { vec![1, longest.len().div_ceil(STRETCH)] } else { vec![1] } {
+        let length = block * STRETCH;
+        let stretches: Vec<Range<usize>> =
+            segments.iter().flat_map(|s| s.clone().step_by(length).map(move |row| row..s.end.min(row + length))).collect();
+        let Some(searched) = stretches.iter().max_by_key(|stretch| stretch.len()) else { continue };
+        while found.len() < MAX_LINES {
+            let Some(period) = strongest(&rates(values, interpretation, searched, block)).map(|blocks| blocks * block as f64) else {
+                break;
+            };
+            let shape = Shape::Sinusoid { rows: period };
+            let fitted: Vec<(Range<usize>, Curve)> = stretches
+                .iter()
+                .filter(|stretch| stretch.len() as f64 >= MIN_PERIODS as f64 * period)
+                .filter_map(|stretch| Some((stretch.clone(), fitted(shape, &rates(values, interpretation, stretch, 1))?)))
+                .collect();
+            let amplitude = fitted.iter().find(|(stretch, _)| stretch == searched).map_or(0.0, |(_, curve)| curve.size());
+            // A row is the mean over its interval: its amplitude is smaller.
+            let half = PI / period;
+            let line = SpectralLine { rows: period, amplitude: amplitude * half.sin() / half, stretches: fitted };
+            line.remove(values, interpretation, segments);
+            found.push(line);
+        }
     }
     found
 }
@@ -84,12 +95,15 @@ impl SpectralLine {
     }
 }
 
-/// Rates of the rows of a stretch.
-fn rates(values: &[f64], interpretation: Interpretation, stretch: &Range<usize>) -> Vec<f64> {
+/// Mean rates of whole blocks of rows of a stretch.
+fn rates(values: &[f64], interpretation: Interpretation, stretch: &Range<usize>, block: usize) -> Vec<f64> {
     let rows = &values[stretch.clone()];
     match interpretation {
-        Interpretation::Value => rows.to_vec(),
-        Interpretation::Integral => rows.windows(2).map(|pair| pair[1] - pair[0]).collect(),
+        Interpretation::Value => rows.chunks_exact(block).map(|rows| rows.iter().sum::<f64>() / block as f64).collect(),
+        Interpretation::Integral => {
+            let ends: Vec<f64> = rows.iter().step_by(block).copied().collect();
+            ends.windows(2).map(|pair| (pair[1] - pair[0]) / block as f64).collect()
+        }
     }
 }
 
@@ -171,6 +185,10 @@ mod tests {
 
     const ROWS: usize = 20_000;
 
+    fn whole(rows: usize) -> Vec<Range<usize>> {
+        std::iter::once(0..rows).collect()
+    }
+
     fn record(seed: u64, slow: f64) -> Vec<f64> {
         let (mut noise, mut walk) = (Noise::new(seed, 0, 1.0), SlowNoise::new(seed, 1, slow, slow));
         (0..ROWS).map(|k| noise.draw() + walk.at(k as f64 * 0.1)).collect()
@@ -180,7 +198,7 @@ mod tests {
     fn noise_has_no_lines() {
         for seed in 0..40 {
             let mut values = record(seed, if seed % 2 == 0 { 0.0 } else { 1.0 });
-            assert_eq!(remove_lines(&mut values, Interpretation::Value, &[0..ROWS]), Vec::new(), "{seed}");
+            assert_eq!(remove_lines(&mut values, Interpretation::Value, &whole(ROWS)), Vec::new(), "{seed}");
         }
     }
 
@@ -204,9 +222,9 @@ mod tests {
             let found = remove_lines(&mut values, interpretation, &segments);
             let [line] = found.as_slice() else { panic!("{found:?}") };
             assert!((line.rows - period).abs() < 0.01 && (line.amplitude - 0.5).abs() < 0.05, "{line:?}");
-            let largest = rates(&values, interpretation, &(8000..ROWS))
+            let largest = rates(&values, interpretation, &(8000..ROWS), 1)
                 .iter()
-                .zip(rates(&angles, interpretation, &(8000..ROWS)))
+                .zip(rates(&angles, interpretation, &(8000..ROWS), 1))
                 .fold(0.0, |most, (left, clean)| f64::max(most, (left - clean).abs()));
             // Amplitude and phase are known to 0.02, the frequency to 0.03 of the amplitude at the ends.
             assert!(largest < 0.12, "{largest}");

@@ -20,9 +20,10 @@ const PROBABILITY: f64 = 1e-4;
 const MAX_SHARE: f64 = 0.005;
 /// Deviations, in standard deviations, from which on the tails of the noise are counted.
 const TAIL: f64 = 4.0;
-/// Rows in the tails, relative to normal noise, and their number beyond it, with which the noise has wide tails.
+/// Rows in the tails, relative to normal noise, with which the noise has wide tails; as many more are permitted as there are wild rows, or as
+/// this part of all rows.
 const MAX_TAIL_RATIO: f64 = 3.0;
-const MAX_MORE_IN_TAIL: usize = 10;
+const MAX_MORE_IN_TAIL: f64 = 5e-4;
 /// Rows from which the standard deviation is estimated at most.
 const SAMPLE: usize = 20_000;
 
@@ -39,6 +40,9 @@ impl WildRows {
         let rates = Rates { values, interpretation };
         let segments: Vec<Range<usize>> = segments.iter().map(|segment| rates.rows(segment)).filter(|s| s.len() > 2 * BESIDE).collect();
         let all: usize = segments.iter().map(ExactSizeIterator::len).sum();
+        if all == 0 {
+            return Self::default();
+        }
         let every = all / SAMPLE + 1;
         let sample: Vec<f64> =
             segments.iter().flat_map(|segment| segment.clone().step_by(every).map(|row| rates.excess(row, segment))).collect();
@@ -53,7 +57,7 @@ impl WildRows {
         };
         let (wild, below): (Vec<_>, Vec<_>) = segments.iter().flat_map(in_tail).partition(|(_, excess)| excess.abs() > limit);
         let normal = 2.0 * normal_tail(TAIL) * all as f64;
-        let has_wide_tails = below.len() as f64 > MAX_TAIL_RATIO * normal + wild.len().max(MAX_MORE_IN_TAIL) as f64;
+        let has_wide_tails = below.len() as f64 > MAX_TAIL_RATIO * normal + f64::max(wild.len() as f64, MAX_MORE_IN_TAIL * all as f64);
         if has_wide_tails || wild.len() as f64 > MAX_SHARE * all as f64 { Self::default() } else { Self { excesses: wild } }
     }
 
@@ -67,12 +71,18 @@ impl WildRows {
         self.excesses.iter().fold(0.0, |largest, (_, excess)| f64::max(largest, excess.abs()))
     }
 
-    /// Subtracts the excesses.
+    /// Subtracts the excesses; a single wild angle, whose two changes are off by opposite amounts, becomes the mean of its neighbours.
     pub fn remove(&self, values: &mut [f64], interpretation: Interpretation, segments: &[Range<usize>]) {
-        for (row, excess) in &self.excesses {
-            match interpretation {
-                Interpretation::Value => values[*row] -= excess,
-                Interpretation::Integral => {
+        let mut rest = self.excesses.as_slice();
+        while let [(row, excess), later @ ..] = rest {
+            rest = later;
+            match (interpretation, later.first()) {
+                (Interpretation::Value, _) => values[*row] -= excess,
+                (Interpretation::Integral, Some((next, back))) if *next == row + 1 && (excess + back).abs() < 0.5 * excess.abs() => {
+                    values[*next] = 0.5 * (values[*row] + values[next + 1]);
+                    rest = &later[1..];
+                }
+                (Interpretation::Integral, _) => {
                     let end = segments.iter().find(|segment| segment.contains(row)).map_or(*row, |segment| segment.end);
                     values[row + 1..end.max(row + 1)].iter_mut().for_each(|angle| *angle -= excess);
                 }
@@ -122,6 +132,10 @@ mod tests {
 
     const ROWS: usize = 36_000;
 
+    fn whole(rows: usize) -> Vec<Range<usize>> {
+        std::iter::once(0..rows).collect()
+    }
+
     fn noise(seed: u64) -> Vec<f64> {
         let mut noise = Noise::new(seed, 0, 1.0);
         (0..ROWS).map(|_| noise.draw()).collect()
@@ -141,7 +155,7 @@ mod tests {
                 };
                 values = values.iter().scan(0.0, sum).collect();
             }
-            let segment = [0..ROWS];
+            let segment = whole(ROWS);
             let found = WildRows::of(&values, interpretation, &segment, None);
             assert_eq!(found.excesses.iter().map(|(row, _)| *row).collect::<Vec<_>>(), at);
             found.remove(&mut values, interpretation, &segment);
@@ -151,13 +165,26 @@ mod tests {
     }
 
     #[test]
+    fn a_wild_angle_moves_no_other() {
+        let mut values = noise(3);
+        let clean = values.clone();
+        values[700] += 40.0;
+        let segment = whole(ROWS);
+        WildRows::of(&values, Interpretation::Integral, &segment, None).remove(&mut values, Interpretation::Integral, &segment);
+        assert!((0..ROWS).all(|row| row == 700 || values[row] == clean[row]) && (values[700] - clean[700]).abs() < 5.0);
+        for short in [[1.0, 1.5, 1.5].as_slice(), &[0.0; 8]] {
+            assert_eq!(WildRows::of(short, Interpretation::Value, &whole(short.len()), Some(0.5)), WildRows::default());
+        }
+    }
+
+    #[test]
     fn noise_has_no_wild_rows_even_with_wide_tails() {
         for seed in 0..20 {
             let normal = noise(seed);
             // Laplace: the exponential tails of two squares of normal deviates.
             let wide: Vec<f64> = normal.iter().zip(noise(seed + 100)).map(|(a, b)| a * b).collect();
-            for values in [&normal, &wide] {
-                let found = WildRows::of(values, Interpretation::Value, &[0..ROWS], None);
+            for values in [normal.as_slice(), &wide, &wide[..2000]] {
+                let found = WildRows::of(values, Interpretation::Value, &whole(values.len()), None);
                 assert_eq!(found, WildRows::default(), "{seed}");
             }
         }

@@ -102,6 +102,8 @@ struct Step {
     values: [f64; 6],
     /// Standard deviation of each mean, from those of up to [`PARTS`] parts of the step; 0 for the integrals.
     noise: [f64; 6],
+    /// Its degrees of freedom.
+    noise_dof: usize,
 }
 
 fn direction(text: &str) -> Option<[f64; 3]> {
@@ -168,7 +170,14 @@ fn read(table: &Path, logs: &Path) -> Result<Vec<Step>, ByHandError> {
             log.column(COLUMNS[k]).map_or(f64::NAN, |column| if k < 3 { integral(column) } else { integral(column) / duration_s })
         };
         let noise = |k: usize| log.column(COLUMNS[k]).filter(|_| k >= 3).map_or(0.0, |column| noise_of_mean(column, &rows));
-        steps.push(Step { turned_rad, up: direction, duration_s, values: std::array::from_fn(of), noise: std::array::from_fn(noise) });
+        steps.push(Step {
+            turned_rad,
+            up: direction,
+            duration_s,
+            values: std::array::from_fn(of),
+            noise: std::array::from_fn(noise),
+            noise_dof: rows.len().min(PARTS) - 1,
+        });
     }
     Ok(steps)
 }
@@ -289,7 +298,7 @@ fn accelerometer_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quan
     // The error of an angle acts in the first order where the axis is not upright; each position has its own.
     let tilt = |up: &[f64; 3]| g * level_rad / 3.0_f64.sqrt() * (1.0 - up[axis].powi(2)).max(0.0).sqrt();
     let errors: Vec<PositionErrors> = used.iter().map(|(_, up)| PositionErrors { noise, tilt: tilt(up) }).collect();
-    let noise_dof = ((PARTS - 1) * used.len()) as f64;
+    let noise_dof = used.iter().map(|(s, _)| s.noise_dof).sum::<usize>() as f64;
     // More positions than coefficients are needed; without them the highest powers are left out.
     let linear = 2 + others.len();
     let fitted = (linear..=rows[0].len()).rev().find_map(|columns| {
@@ -305,18 +314,18 @@ fn accelerometer_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quan
         let sensitivity = if level_rad > 0.0 { fit.tilt[k] * 3.0_f64.sqrt() / level_rad } else { 0.0 };
         vec![noise, Contribution::rectangular("angles of the positions", level_rad, "rad", sensitivity, basis)]
     };
-    let bias = Quantity::new(&format!("accel_{name}_bias_m_s2"), "m/s²", fit.coefficients[0], errors_of(0));
+    // cos of a tilt uniform within ± level: a one-sided error, in the budget of the scale with its greatest value, in that of the bias, where
+    // two positions share it, with half of it.
+    let cosine = |unit: &str, sensitivity: f64| {
+        let basis = Basis::TiltHalfWidth { half_width_deg: known.level_deg };
+        Contribution::rectangular("level", 0.5 * level_rad * level_rad, unit, sensitivity, basis)
+    };
+    let mut of_bias = errors_of(0);
+    of_bias.push(cosine("1", 0.5 * g * fit.coefficients[1]));
+    let bias = Quantity::new(&format!("accel_{name}_bias_m_s2"), "m/s²", fit.coefficients[0], of_bias);
     quantities.push(bias.meaning(Meaning::TumbleK0));
-    // cos of a tilt uniform within ± level: a one-sided error, in the budget with half its greatest value.
-    let cosine = Contribution::rectangular(
-        "level",
-        0.5 * level_rad * level_rad,
-        "1",
-        fit.coefficients[1],
-        Basis::TiltHalfWidth { half_width_deg: known.level_deg },
-    );
     let mut of_scale = errors_of(1);
-    of_scale.push(cosine);
+    of_scale.push(cosine("1", fit.coefficients[1]));
     if known.gravity_error_m_s2 > 0.0 {
         let basis = Basis::GravityHalfWidth { half_width_m_s2: known.gravity_error_m_s2 };
         of_scale.push(Contribution::rectangular("gravity", known.gravity_error_m_s2, "m/s²", fit.coefficients[1] / g, basis));

@@ -123,10 +123,12 @@ pub fn disturbed(rows: &[FitRow]) -> Vec<(usize, f64)> {
         let tested = suspects(rows, &kept).into_iter().filter_map(|place| {
             let from = place.saturating_sub(AROUND / 2).min(kept.len().saturating_sub(AROUND));
             let around = &kept[from..kept.len().min(from + AROUND)];
+            // Positions that these cycles do not have.
+            let is_used = |column: &usize| around.iter().any(|&k| rows[k].regressors[*column] != 0.0);
+            let used: Vec<usize> = (0..rows[0].regressors.len()).filter(is_used).collect();
             let of = |k: usize| {
-                let mut row = rows[k].clone();
-                row.regressors.push(f64::from(u8::from(k == kept[place])));
-                row
+                let own = f64::from(u8::from(k == kept[place]));
+                FitRow { regressors: used.iter().map(|&column| rows[k].regressors[column]).chain([own]).collect(), ..rows[k].clone() }
             };
             let fit = SessionFit::new(&around.iter().map(|&k| of(k)).collect::<Vec<_>>())?;
             let mut own = vec![0.0; fit.positions];
