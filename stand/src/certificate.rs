@@ -7,7 +7,7 @@ use clap::Args;
 use super::error::CliError;
 use super::output::{JsonOutput, Overwrite, spinner, write};
 use stand_records::archive::ArchivedRecord;
-use stand_records::certificate::{Certificate, CertificateDetails, example};
+use stand_records::certificate::{Certificate, CertificateDetails, CertificateError, example};
 use stand_report::certificate as report;
 
 /// Write a certificate of a calibration: a page for print, and a Digital Calibration Certificate
@@ -60,8 +60,10 @@ impl CertificateCommand {
         let verification = archived.verify();
         bar.finish_and_clear();
         let path = archived.path.clone();
-        let certificate = Certificate::new(parsed, archived.record, &verification, as_found.map(|a| a.record))
-            .map_err(|e| CliError::in_file(&path, e))?;
+        let certificate = Certificate::new(parsed, archived.record, &verification, as_found.map(|a| a.record)).map_err(|e| {
+            let of_details = matches!(e, CertificateError::Field { .. });
+            CliError::in_file(if of_details { details } else { &path }, e)
+        })?;
         if let Some(path) = &self.html {
             write(path, &report::html(&certificate))?;
             self.json.text(&format!("{}: certificate {}\n", path.display(), certificate.details.number))?;

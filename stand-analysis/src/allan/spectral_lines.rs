@@ -28,7 +28,7 @@ const PROBABILITY: f64 = 1e-4;
 /// Most lines that are removed.
 const MAX_LINES: usize = 8;
 /// Rows of a stretch at most.
-const STRETCH: usize = 1 << 18;
+const STRETCH: usize = 1 << 17;
 /// Rows of a stretch at least.
 const MIN_STRETCH: usize = 4 * MIN_PERIODS;
 /// Steps of the search for the frequency between two lines.

@@ -21,7 +21,7 @@ const STATEMENT: &str = "This certificate is not issued under an accreditation. 
                          It must not be reproduced except in full without the approval of the laboratory.";
 
 /// Said on every page of a certificate of a simulated stand.
-const SIMULATED: &str = "Simulated stand: no device was calibrated. This is an example, not a certificate of a measurement.";
+const SIMULATED: &str = "Simulated stand: no device was calibrated, this is an example.";
 
 fn rule(rule: DecisionRule) -> &'static str {
     match rule {

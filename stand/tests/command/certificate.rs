@@ -45,7 +45,7 @@ fn certificate_has_the_fields_of_clause_7_8_and_is_not_accredited() {
     }
     for text in [&html, &xml] {
         assert!(text.contains("not issued under an accreditation"));
-        assert!(text.contains("Simulated stand: no device was calibrated"));
+        assert!(text.contains("Simulated stand: no device was calibrated, this is an example."));
         assert!(text.contains("linearity error") && !text.contains(">bias_rad_s<"));
     }
     let document = roxmltree::Document::parse(&xml).unwrap();
@@ -106,6 +106,8 @@ fn changed_logs_and_missing_fields_are_refused() {
     };
     let refused = with("quantity = \"scale\"", "quantity = \"colour\"");
     assert!(refused.status == Some(2) && refused.err.contains("no quantity colour"), "{refused:?}");
+    let refused = with("received = ", "received = 2999-01-01 # ");
+    assert!(refused.status == Some(2) && refused.err.contains("other.toml: received: 2999-01-01 is after"), "{refused:?}");
     let refused = with("country = \"DE\"", "country = \"Germany\"");
     assert!(refused.status == Some(2) && refused.err.contains("laboratory.country"), "{refused:?}");
     let refused = stand(path, &["certificate", "g", "--details", "details.toml"]);

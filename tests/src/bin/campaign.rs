@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use stand_tests::campaign::compare::{difference, table};
+use stand_tests::campaign::coverage::rows::CoverageRecord;
 use stand_tests::campaign::figures::Sources;
 use stand_tests::campaign::planted::PlantedRecord;
 use stand_tests::campaign::record::{AnswerRecord, COVERAGE, LogRecord, PLANTED, baselines, read, write};
@@ -92,6 +93,9 @@ enum Command {
     Accept {
         #[arg(long = "set", value_enum, default_value_t = Campaigns::Daily)]
         of: Campaigns,
+        /// With --set coverage: only conditions whose name begins with one of these texts, for example `allan`; the others keep their
+        /// accepted results
+        only: Vec<String>,
     },
     /// Prints the table of the accepted results
     Table {
@@ -173,7 +177,7 @@ fn run(command: Command) -> Result<bool, String> {
             Ok(true)
         }
         Command::Diff { of } => diff(of),
-        Command::Accept { of } => accept(of, data),
+        Command::Accept { of, only } => accept(of, &only, data),
         Command::Table { of } => print_table(of).map(|()| true),
         Command::Figures => {
             print!("{}", figures::page(&Sources::committed()?)?);
@@ -225,7 +229,10 @@ fn complete<R: Identified + Clone>(records: &[R], ids: &[String], command: &str)
     ids.iter().map(find).collect()
 }
 
-fn accept(of: Campaigns, data: Option<&Path>) -> Result<bool, String> {
+fn accept(of: Campaigns, only: &[String], data: Option<&Path>) -> Result<bool, String> {
+    if !(only.is_empty() || matches!(of, Campaigns::Coverage)) {
+        return Err("parts of a set can be accepted of `--set coverage` only".to_owned());
+    }
     let of_set = |set: Set| {
         let (_, accepted, last) = files(set);
         let command = format!("explain --set {}", set.name());
@@ -236,7 +243,16 @@ fn accept(of: Campaigns, data: Option<&Path>) -> Result<bool, String> {
         Campaigns::Release => of_set(Set::Release)?,
         Campaigns::Coverage => {
             let (accepted, last) = two_files(COVERAGE);
-            write(&accepted, &coverage::rows::rows(&complete(&read(&last)?, &coverage::ids(None), "coverage")?))?;
+            let all = coverage::ids(None);
+            let is_chosen = |name: &str| only.is_empty() || only.iter().any(|part| name.starts_with(part.as_str()));
+            let chosen: Vec<String> = all.iter().filter(|id| is_chosen(id)).cloned().collect();
+            let mut rows = coverage::rows::rows(&complete(&read(&last)?, &chosen, "coverage")?);
+            let condition = |row: &CoverageRecord| format!("{}/{}/", row.analysis, row.condition);
+            if !only.is_empty() {
+                rows.extend(read::<CoverageRecord>(&accepted)?.into_iter().filter(|row| !is_chosen(&condition(row))));
+                rows.sort_by_key(|row| all.iter().position(|id| id.starts_with(&condition(row))));
+            }
+            write(&accepted, &rows)?;
             accepted
         }
         Campaigns::Planted => {
