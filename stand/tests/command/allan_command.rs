@@ -174,17 +174,19 @@ fn quantisation_is_reported_and_harmless() {
     let steps: Vec<f64> = rates.iter().map(|rate| (rate / 5e-3).round() * 5e-3).collect();
     let answer = allan(log(&evenly(50_000, 0.01), &steps, "gyro_rad_s").path(), "gyro_rad_s");
     assert!((number(&answer, "/quantum") / 5e-3 - 1.0).abs() < 1e-6);
-    // The quantisation noise, LSB²/12, adds to the rate's.
-    let wanted = (1e-6 + 25e-6 / 12.0 * 0.01_f64).sqrt().to_degrees() * 60.0;
-    within(&answer, "angle_random_walk_deg_sqrt_h", wanted, 3.5);
+    // The rounding adds LSB²/12 to the variance of a row, 2 %, which is subtracted.
+    assert!(notes(&answer).contains("the rounding of the column is 2.0 % of the variance"), "{}", notes(&answer));
+    within(&answer, "angle_random_walk_deg_sqrt_h", 1e-3_f64.to_degrees() * 60.0, 3.5);
 }
 
 #[test]
-fn periodic_disturbance_is_reported() {
+fn periodic_disturbance_is_reported_and_removed() {
     let mut rates = Gyro { white: 1e-4, ..Gyro::default() }.rates(50_000, 0.01, 8);
     rates.iter_mut().enumerate().for_each(|(k, rate)| *rate += 2e-3 * (k as f64 * 0.05).sin());
     let answer = allan(log(&evenly(50_000, 0.01), &rates, "gyro_rad_s").path(), "gyro_rad_s");
-    assert!(notes(&answer).contains("do not explain this curve"), "{}", notes(&answer));
+    // A vibration of 0.796 Hz.
+    assert!(notes(&answer).contains("a periodic signal") && notes(&answer).contains("(0.796 Hz)"), "{}", notes(&answer));
+    within(&answer, "angle_random_walk_deg_sqrt_h", 1e-4_f64.to_degrees() * 60.0, 3.5);
 }
 
 #[track_caller]
