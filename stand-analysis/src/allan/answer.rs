@@ -26,8 +26,8 @@ pub enum NotShown {
     ZeroVariance,
     /// A transient at the beginning would be taken for slow noise.
     Transient,
-    /// A periodic motion of which the record has few periods would be taken for slow noise.
-    FewPeriods,
+    /// A slow motion of the level would be taken for slow noise.
+    SlowMotion,
     /// The longest averages do not follow the processes.
     LongTimesOmitted,
     /// The least significant bit of the column hides the noise.
@@ -67,6 +67,13 @@ pub enum Note {
         period_s: f64,
         /// Amplitude, in the unit of the answer.
         amplitude: f64,
+    },
+    /// A motion of the level that is no noise, in a record too short to show its course; it was subtracted as a sinusoid.
+    SlowMotion {
+        /// Amplitude of the sinusoid, in the unit of the answer.
+        amplitude: f64,
+        /// Its period, s.
+        period_s: f64,
     },
     /// The resolution of the column was subtracted from the white noise.
     Resolution {

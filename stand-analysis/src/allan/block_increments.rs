@@ -42,6 +42,15 @@ pub struct Tested {
     pub evidence: f64,
     /// Probability of such a decrease by noise, of this candidate alone.
     pub probability: f64,
+    /// Decrease of −2 ln L, not negative.
+    pub decrease: f64,
+    /// Degrees of freedom of the remaining increments, relative to their number.
+    pub relative_dof: f64,
+}
+
+/// Probability that two columns without meaning decrease −2 ln L by so much: the F law with 2 and dof degrees of freedom.
+pub fn probability_of_two(decrease: f64, relative_dof: f64) -> f64 {
+    (-0.5 * relative_dof * decrease).exp()
 }
 
 /// A candidate: one column or two.
@@ -97,9 +106,11 @@ impl Increments {
         let dof = dof - (columns - 1) as f64;
         let probability = match columns {
             1 => 2.0 * student_tail((dof * relative.exp_m1()).sqrt(), dof),
-            _ => (-0.5 * dof * relative).exp(),
+            _ => probability_of_two(decrease, dof / self.values.len() as f64),
         };
-        Some(Tested { candidate, coefficients: found.coefficients[0], evidence: decrease - 2.0 * columns as f64, probability })
+        let relative_dof = dof / self.values.len() as f64;
+        let evidence = decrease - 2.0 * columns as f64;
+        Some(Tested { candidate, coefficients: found.coefficients[0], evidence, probability, decrease, relative_dof })
     }
 
     /// The ratios of the greatest likelihood near a start.

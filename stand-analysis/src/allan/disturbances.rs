@@ -16,7 +16,7 @@ use std::ops::Range;
 use nalgebra::DVector;
 
 use super::answer::Interpretation;
-use super::block_increments::{Candidate, Increments, Tested};
+use super::block_increments::{Candidate, Increments, Tested, probability_of_two};
 use super::curve::{Curve, Shape};
 use identification::statistics::distributions::student_quantile;
 use identification::statistics::robust::{MEDIAN_ABS_PER_SIGMA, median_abs};
@@ -38,8 +38,7 @@ const STEP_PROBABILITY: f64 = 1e-4;
 const CURVE_PROBABILITY: f64 = 1e-3;
 /// Significance level of a slope, alone and beside the slow motions.
 const SLOPE_PROBABILITY: f64 = 0.01;
-/// Most transients and periodic motions. One temperature changes by one exponential, that of two masses by two.
-const MAX_TRANSIENTS: usize = 2;
+/// Most periodic motions.
 const MAX_PERIODIC: usize = 3;
 /// Most steps that are cut out; with more the level is no level.
 pub const MAX_STEPS: usize = 8;
@@ -57,8 +56,11 @@ const TIME_CONSTANTS: [f64; 9] = [0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.22, 0.33
 /// half in quarters, above in halves, of which [`STRETCHES`] reach what is between.
 const PERIODS: [f64; 25] =
     [0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0, 6.5, 7.0, 7.5, 8.0, 8.5, 9.0, 9.5, 10.0, 10.5, 11.0, 11.5, 12.0];
+/// Least number of periods beside a transient, of which it could be a part.
+const MIN_PERIODS_BESIDE_TRANSIENT: f64 = 1.5;
 /// Factors by which time constants and periods are refined, and sweeps over all of them.
-const STRETCHES: [[f64; 5]; 3] = [[0.8, 0.9, 1.0, 1.12, 1.25], [0.94, 0.97, 1.0, 1.03, 1.06], [0.98, 0.99, 1.0, 1.01, 1.02]];
+const STRETCHES: [[f64; 5]; 4] =
+    [[0.8, 0.9, 1.0, 1.12, 1.25], [0.94, 0.97, 1.0, 1.03, 1.06], [0.98, 0.99, 1.0, 1.01, 1.02], [0.996, 0.998, 1.0, 1.002, 1.004]];
 const SWEEPS: usize = 3;
 
 /// What a record contains besides stationary noise.
@@ -147,8 +149,15 @@ pub fn disturbances(rows: Rows<'_>, segments: &[Range<usize>]) -> Disturbances {
     while steps.len() < MAX_STEPS {
         let cut = without_steps(segments, &steps);
         let next = match LongSearch::new(rows, &cut).and_then(|search| search.strongest(&curves)) {
-            Some(Strongest::Curve(curve)) => {
-                curves.push(curve);
+            Some(found @ (Strongest::Curve(_) | Strongest::TwoTransients(_))) => {
+                match found {
+                    Strongest::Curve(curve) => curves.push(curve),
+                    Strongest::TwoTransients(both) => {
+                        curves.retain(|curve| !is_transient(curve));
+                        curves.extend(both);
+                    }
+                    Strongest::Step(_) => {}
+                }
                 if let Some(search) = LongSearch::new(rows, &cut) {
                     search.refine(&mut curves);
                 }
@@ -170,6 +179,10 @@ pub fn disturbances(rows: Rows<'_>, segments: &[Range<usize>]) -> Disturbances {
     let cut = without_steps(segments, &steps);
     let search = LongSearch::new(rows, &cut);
     if let Some(search) = &search {
+        search.refine(&mut curves);
+        // One that was found before another may only have stood for a part of it.
+        let all = curves.clone();
+        curves.retain(|curve| is_transient(curve) || search.is_needed(curve, &all));
         search.refine(&mut curves);
     }
     let has_slope = search.and_then(|search| search.needs_slope(&search.columns_of(&curves)));
@@ -206,6 +219,12 @@ pub fn without_steps(segments: &[Range<usize>], steps: &[Step]) -> Vec<Range<usi
 enum Strongest {
     Step(Step),
     Curve(Curve),
+    /// In place of the one that is known.
+    TwoTransients([Curve; 2]),
+}
+
+fn is_transient(curve: &Curve) -> bool {
+    matches!(curve.shape, Shape::Exponential { .. })
 }
 
 /// The search in the blocks of the whole record.
@@ -261,17 +280,18 @@ impl<'a> LongSearch<'a> {
         // A known motion is fitted again: its first amplitude contains what the others left in it.
         let known_columns = self.columns_of(known);
         let fitted: Vec<DVector<f64>> = std::iter::once(self.slope()).chain(known_columns.iter().cloned()).collect();
-        let span = (self.segments.last()?.end - self.segments.first()?.start) as f64;
-        let is_transient = |curve: &&Curve| matches!(curve.shape, Shape::Exponential { .. });
-        let transients = known.iter().filter(is_transient).count();
+        let span = self.span();
+        let transients = known.iter().filter(|curve| is_transient(curve)).count();
         let kinds: [Vec<Shape>; 2] = [
-            if transients < MAX_TRANSIENTS {
+            if transients == 0 {
                 TIME_CONSTANTS.iter().map(|share| Shape::Exponential { rows: share * span }).collect()
             } else {
                 Vec::new()
             },
             if known.len() - transients < MAX_PERIODIC {
-                PERIODS.iter().map(|periods| Shape::Sinusoid { rows: span / periods }).collect()
+                let least = if transients > 0 { MIN_PERIODS_BESIDE_TRANSIENT } else { 0.0 };
+                let tried = PERIODS.iter().filter(|periods| **periods >= least);
+                tried.map(|periods| Shape::Sinusoid { rows: span / periods }).collect()
             } else {
                 Vec::new()
             },
@@ -287,17 +307,57 @@ impl<'a> LongSearch<'a> {
             Some((tested, Curve { shape: shapes[candidate], coefficients }))
         };
         let curve = kinds.iter().filter_map(curve).max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
-        match (curve, self.step(&fitted)) {
-            (Some((curve, _)), Some((step, found))) if step.evidence > curve.evidence => Some(Strongest::Step(found)),
-            (Some((_, curve)), _) => Some(Strongest::Curve(curve)),
-            (None, step) => step.map(|(_, step)| Strongest::Step(step)),
-        }
+        let found = [
+            curve.map(|(tested, curve)| (tested.evidence, Strongest::Curve(curve))),
+            self.two_transients(known).map(|(evidence, both)| (evidence, Strongest::TwoTransients(both))),
+            self.step(&fitted).map(|(tested, step)| (tested.evidence, Strongest::Step(step))),
+        ];
+        found.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, strongest)| strongest)
+    }
+
+    /// Two transients in place of the one that is known, and their evidence beside it: the first time constant changes with the second.
+    fn two_transients(&self, known: &[Curve]) -> Option<(f64, [Curve; 2])> {
+        let [one] = known.iter().filter(|curve| is_transient(curve)).collect::<Vec<_>>()[..] else { return None };
+        let others = self.columns_of(known.iter().filter(|curve| !is_transient(curve)));
+        let fitted: Vec<DVector<f64>> = std::iter::once(self.slope()).chain(others).collect();
+        let shapes = TIME_CONSTANTS.map(|share| Shape::Exponential { rows: share * self.span() });
+        let pairs: Vec<[Shape; 2]> = (0..shapes.len()).flat_map(|j| (0..j).map(move |i| [shapes[i], shapes[j]])).collect();
+        let columns: Vec<Candidate> = pairs.iter().map(|pair| pair.iter().flat_map(|shape| self.shape(*shape)).collect()).collect();
+        let alone = self.increments.strongest(&fitted, &[self.shape(one.shape)])?;
+        let both = self.increments.strongest(&fitted, &columns)?;
+        // One more size and one more time constant.
+        let gain = both.decrease - alone.decrease;
+        let probability = pairs.len() as f64 * probability_of_two(gain.max(0.0), both.relative_dof);
+        let curve = |k: usize| Curve { shape: pairs[both.candidate][k], coefficients: [both.coefficients[k], 0.0] };
+        (probability < CURVE_PROBABILITY).then(|| (gain - 4.0, [curve(0), curve(1)]))
     }
 
     /// A slope is significant beside these columns.
     fn needs_slope(&self, beside: &[DVector<f64>]) -> Option<bool> {
         let slope = self.increments.strongest(beside, &[vec![self.slope()]])?;
         Some(is_significant(&slope, 1, SLOPE_PROBABILITY))
+    }
+
+    /// A time constant or period that is not longer than the longest that is tried: a longer one would be a slope or a parabola.
+    fn is_within(&self, shape: Shape) -> bool {
+        match shape {
+            Shape::Exponential { rows } => rows <= TIME_CONSTANTS[TIME_CONSTANTS.len() - 1] * self.span(),
+            Shape::Sinusoid { rows } => rows <= self.span() / PERIODS[0],
+        }
+    }
+
+    /// Rows from the first block to the last.
+    fn span(&self) -> f64 {
+        let ends = |segments: &[Range<usize>]| Some(segments.last()?.end - segments.first()?.start);
+        ends(self.segments).unwrap_or(0) as f64
+    }
+
+    /// A periodic motion is significant beside a slope and all other motions.
+    fn is_needed(&self, curve: &Curve, all: &[Curve]) -> bool {
+        let others = self.columns_of(all.iter().filter(|other| *other != curve));
+        let fitted: Vec<DVector<f64>> = std::iter::once(self.slope()).chain(others).collect();
+        let tested = self.increments.strongest(&fitted, &[self.shape(curve.shape)]);
+        tested.is_none_or(|tested| is_significant(&tested, PERIODS.len(), CURVE_PROBABILITY))
     }
 
     /// Time constants, periods and sizes of the known motions, fitted together.
@@ -310,7 +370,8 @@ impl<'a> LongSearch<'a> {
             for k in 0..curves.len() {
                 let others = curves.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, curve)| curve);
                 let fitted: Vec<DVector<f64>> = slope.iter().cloned().chain(self.columns_of(others)).collect();
-                let shapes = stretches.map(|factor| curves[k].shape.stretched(factor));
+                let all = stretches.map(|factor| curves[k].shape.stretched(factor));
+                let shapes: Vec<Shape> = all.into_iter().filter(|shape| self.is_within(*shape)).collect();
                 let columns: Vec<Candidate> = shapes.iter().map(|shape| self.shape(*shape)).collect();
                 if let Some(found) = self.increments.strongest(&fitted, &columns) {
                     curves[k] = Curve { shape: shapes[found.candidate], coefficients: found.coefficients };
@@ -502,20 +563,29 @@ mod tests {
         assert_eq!(found, Disturbances { has_slope: Some(true), ..Disturbances::default() });
     }
 
-    /// Two masses that warm up, and a room whose temperature swings.
+    /// Two masses that warm up, and a room whose temperature swings. What is left of the motion beside a slope, which has no Allan deviation,
+    /// is of the size of the noise of a block.
     #[test]
     fn two_transients_and_a_periodic_motion_are_told_apart() {
-        let mut values = record(1.0, 0.0, 0.0, 9);
+        let mut values = record(0.2, 0.0, 0.0, 9);
         let swing = |k: f64| 0.5 * (std::f64::consts::TAU * k / 17_000.0 + 1.0).sin();
         let warm = |k: f64| 3.0 * (-k / 1_500.0).exp() + 2.0 * (-k / 15_000.0).exp();
         values.iter_mut().enumerate().for_each(|(k, value)| *value += swing(k as f64) + warm(k as f64));
         let found = disturbances(Rows::new(&values, Interpretation::Value), &all());
-        assert_eq!(found.steps, Vec::new(), "{found:?}");
-        // The noise of a block is 0.03. Beside it a slope may stand for the slower exponential: it has no Allan deviation either.
-        let left = |k: usize| swing(k as f64) + warm(k as f64) - found.curves.iter().map(|curve| curve.mean(&(k..k + 1))).sum::<f64>();
+        assert!(found.steps.is_empty(), "{found:?}");
+        let transients: Vec<&Curve> = found.curves.iter().filter(|curve| is_transient(curve)).collect();
+        let [Curve { shape: Shape::Sinusoid { rows }, .. }] =
+            found.curves.iter().filter(|curve| !is_transient(curve)).collect::<Vec<_>>()[..]
+        else {
+            panic!("{found:?}")
+        };
+        assert_eq!(transients.len(), 2, "{found:?}");
+        assert!((rows / 17_000.0 - 1.0).abs() < 0.05, "{found:?}");
+        let motion = |k: usize| swing(k as f64) + warm(k as f64);
+        let left = |k: usize| motion(k) - found.curves.iter().map(|curve| curve.mean(&(k..k + 1))).sum::<f64>();
         let line = |k: usize| left(0) + (left(ROWS) - left(0)) * k as f64 / ROWS as f64;
-        let most = (0..ROWS).map(|k| left(k) - line(k)).fold(0.0, |most, off| f64::max(most, off.abs()));
-        // A tenth of what was there may pass for a random walk.
-        assert!(most < 0.55, "{most} {found:?}");
+        let rms = |of: &dyn Fn(usize) -> f64| ((0..ROWS).map(|k| of(k).powi(2)).sum::<f64>() / ROWS as f64).sqrt();
+        let (after, of_block) = (rms(&|k| left(k) - line(k)), 0.2 / ((ROWS / BLOCKS) as f64).sqrt());
+        assert!(after < 3.0 * of_block, "{after}, {of_block}, {found:?}");
     }
 }

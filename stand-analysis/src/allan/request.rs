@@ -23,7 +23,7 @@ use identification::statistics::uncertainty::{Estimate, Uncertainty};
 const MIN_ROWS: usize = 3;
 /// Time constants after which a transient has decayed to a twentieth.
 const TRANSIENT_TIME_CONSTANTS: f64 = 3.0;
-/// Periods of a periodic motion from which on it does not hide slow noise.
+/// Periods from which on a sinusoid is called periodic, and does not hide slow noise.
 const MIN_PERIODS: f64 = 3.0;
 /// Least significant bits of a row's standard deviation from which on the error of rounding is white and independent of the noise: the
 /// variance of the rounded rows is then that of the noise and q²/12 to 0.1 % (Sheppard's correction; Widrow and Kollár, Quantization Noise,
@@ -31,8 +31,9 @@ const MIN_PERIODS: f64 = 3.0;
 const MAX_QUANTUM_PER_SIGMA: f64 = 1.5;
 /// Most values of a column that takes few, and the deviation of one from its level, in steps.
 const MAX_COARSE_LEVELS: usize = 20;
-/// Rows within which it takes so few: over more its level may drift.
+/// Rows within which it takes so few: over more its level may drift. A level is taken many times: a few rows of any column have few values.
 const COARSE_ROWS: usize = 10_000;
+const MIN_ROWS_PER_LEVEL: usize = 20;
 const MAX_LEVEL_DEVIATION: f64 = 0.05;
 /// Part of the variance of a row by rounding from which on it is mentioned.
 const MIN_MENTIONED_PART: f64 = 1e-3;
@@ -104,8 +105,10 @@ impl Request {
         notes.extend(timing.notes.iter().copied().map(Note::Timing));
         let mut values = column.values;
         let wild = WildRows::of(&values, interpretation, &timing.segments, quantum);
-        let with_wild = (wild.count() > 0).then(|| single_rows(&values, interpretation, &timing.segments));
+        let single_rows = |values: &[f64]| (wild.count() > 0).then(|| single_rows(values, interpretation, &timing.segments));
+        let with_wild = single_rows(&values);
         wild.remove(&mut values, interpretation, &timing.segments);
+        let without_wild = single_rows(&values);
         check()?;
         let lines = remove_lines(&mut values, interpretation, &timing.segments);
         check()?;
@@ -114,11 +117,11 @@ impl Request {
         check()?;
         let segments = without_steps(&timing.segments, &disturbances.steps);
         let disturbances = Reported::new(&disturbances, &lines, &timing, interpretation);
-        if let Some(with) = with_wild {
-            let per_second = disturbances.unit;
-            let oadev = [with, single_rows(&values, interpretation, &timing.segments)].map(|size| size * per_second);
-            notes.push(Note::WildRows { count: wild.count(), largest: wild.largest() * per_second, oadev });
-        }
+        notes.extend(with_wild.zip(without_wild).map(|(with, without)| Note::WildRows {
+            count: wild.count(),
+            largest: wild.largest() * disturbances.unit,
+            oadev: [with, without].map(|size| size * disturbances.unit),
+        }));
         notes.extend(disturbances.notes());
         let series = match interpretation {
             Interpretation::Value => Series::of_rates(values, &segments),
@@ -315,6 +318,9 @@ fn coarse_step(values: &[f64]) -> Option<f64> {
             }
         }
     }
+    if values.len() < MIN_ROWS_PER_LEVEL * levels.len() {
+        return None;
+    }
     levels.sort_unstable_by(f64::total_cmp);
     let spacings: Vec<f64> = levels.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let step = spacings.iter().copied().min_by(f64::total_cmp)?;
@@ -344,8 +350,8 @@ struct Reported {
     unit: f64,
     /// A transient was subtracted.
     transient: bool,
-    /// A periodic motion of few periods was subtracted.
-    few_periods: bool,
+    /// A slow motion was subtracted of which the record has few periods.
+    slow_motion: bool,
     /// The level has a slope, as far as known.
     has_slope: bool,
 }
@@ -359,22 +365,25 @@ impl Reported {
         };
         let time_s = |row: f64| timing.first_s + row * timing.elapsed_s;
         let rows = timing.segments.last().map_or(0, |segment| segment.end);
+        let is_slow = |curve: &Curve| matches!(curve.shape, Shape::Sinusoid { rows: period } if MIN_PERIODS * period > rows as f64);
         let note = |curve: &Curve| match curve.shape {
             Shape::Exponential { rows } => Note::Transient {
                 time_constant_s: rows * timing.elapsed_s,
                 size: curve.size() * unit,
                 from_s: time_s(TRANSIENT_TIME_CONSTANTS * rows),
             },
-            Shape::Sinusoid { rows } => Note::Periodic { period_s: rows * timing.elapsed_s, amplitude: curve.size() * unit },
+            Shape::Sinusoid { rows } => {
+                let (period_s, amplitude) = (rows * timing.elapsed_s, curve.size() * unit);
+                if is_slow(curve) { Note::SlowMotion { amplitude, period_s } } else { Note::Periodic { period_s, amplitude } }
+            }
         };
         let line = |line: &SpectralLine| Note::Periodic { period_s: line.rows * timing.elapsed_s, amplitude: line.amplitude * unit };
-        let is_slow = |curve: &Curve| matches!(curve.shape, Shape::Sinusoid { rows: period } if MIN_PERIODS * period > rows as f64);
         Self {
             steps: found.steps.iter().map(|step| LevelStep { t_s: time_s(step.row as f64), size: step.size * unit }).collect(),
             curves: lines.iter().map(line).chain(found.curves.iter().map(note)).collect(),
             unit,
             transient: found.curves.iter().any(|curve| matches!(curve.shape, Shape::Exponential { .. })),
-            few_periods: found.curves.iter().any(is_slow),
+            slow_motion: found.curves.iter().any(is_slow),
             has_slope: found.has_slope.unwrap_or(true),
         }
     }
@@ -387,8 +396,8 @@ impl Reported {
     /// Why B, K and R are not given.
     fn hides_slow_noise(&self) -> Option<NotShown> {
         let many_steps = (self.steps.len() >= MAX_STEPS).then_some(NotShown::ManySteps);
-        let few_periods = || self.few_periods.then_some(NotShown::FewPeriods);
-        many_steps.or_else(|| self.transient.then_some(NotShown::Transient)).or_else(few_periods)
+        let slow_motion = || self.slow_motion.then_some(NotShown::SlowMotion);
+        many_steps.or_else(|| self.transient.then_some(NotShown::Transient)).or_else(slow_motion)
     }
 }
 

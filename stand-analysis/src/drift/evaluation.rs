@@ -1,6 +1,7 @@
 //! Evaluation of many cycles: own drift, apparent drift and azimuth with uncertainties, corrected and uncorrected.
 
 use super::cycle::{Cycle, CycleDefect, is_same_position};
+use super::disturbed_cycles::disturbed;
 use super::error::DriftError;
 use super::error_budget::{AxisBudget, DriftQuantity, ErrorSource, Levers, MIN_AZIMUTH_SINE};
 use super::inequality::MIN_AMPLITUDE_RATIO;
@@ -9,7 +10,7 @@ use super::latitude::EarthRate;
 use super::measurement::{AzimuthLimit, DriftWarning, Measurement, Movement, SeparatedDrift};
 use super::positions::{PositionFit, PositionModel};
 use super::separation::{self, PlatformDrift};
-use super::session_fit::{FitRow, LOG10_SIGNIFICANCE, SessionFit, disturbed};
+use super::session_fit::{FitRow, LOG10_SIGNIFICANCE, SessionFit};
 use hal_sim::gyro::Orientation;
 use identification::deadline::Deadline;
 use identification::statistics::uncertainty::{Estimate, Uncertainty};

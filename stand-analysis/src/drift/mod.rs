@@ -14,6 +14,7 @@ pub mod clipping;
 pub mod compute;
 pub mod cycle;
 pub mod detection;
+pub mod disturbed_cycles;
 pub mod error;
 pub mod error_budget;
 pub mod evaluation;

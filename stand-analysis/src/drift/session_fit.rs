@@ -53,15 +53,6 @@ const MIN_EIGENVALUE: f64 = 1e-4;
 pub const LOG10_SIGNIFICANCE: f64 = -2.0;
 /// Level of the preliminary test of a single contrast between visits.
 const POOLING_SIGNIFICANCE: f64 = 0.25;
-/// Fewest cycles of which one can be called disturbed, and cycles for each one that is left out.
-const MIN_CYCLES: usize = 8;
-/// Probability with which one of a session's undisturbed cycles is called disturbed.
-const DISTURBED_PROBABILITY: f64 = 1e-3;
-/// Rows that a suspect is compared with to be one, and suspects that are tested.
-const COMPARED: usize = 6;
-const MAX_SUSPECTS: usize = 3;
-/// Cycles around a suspect with which it is tested, at most: longer sessions would be averaged.
-const AROUND: usize = 64;
 /// Coverage probability of the test of the trend.
 const TREND_PROBABILITY: f64 = 0.99;
 
@@ -111,54 +102,6 @@ pub struct VisitScatter {
     pub log10_p: f64,
     /// Most likely standard deviation of a visit, rad/s; 0 where the visits agree.
     pub sigma_rad_s: f64,
-}
-
-/// The rows that are disturbed, such as by a jump of the angle, with their deviations from the fit of the others, rad/s; at most one of
-/// [`MIN_CYCLES`]. A suspect gets an unknown deviation of its own; the one that is least likely to be zero is left out, and the others are
-/// tested again (extreme studentised deviates: Rosner, Technometrics 25 (1983) 165, with the noise of this fit).
-pub fn disturbed(rows: &[FitRow]) -> Vec<(usize, f64)> {
-    let mut found: Vec<(usize, f64)> = Vec::new();
-    while MIN_CYCLES * (found.len() + 1) <= rows.len() {
-        let kept: Vec<usize> = (0..rows.len()).filter(|k| found.iter().all(|(known, _)| known != k)).collect();
-        let tested = suspects(rows, &kept).into_iter().filter_map(|place| {
-            let from = place.saturating_sub(AROUND / 2).min(kept.len().saturating_sub(AROUND));
-            let around = &kept[from..kept.len().min(from + AROUND)];
-            // Positions that these cycles do not have.
-            let is_used = |column: &usize| around.iter().any(|&k| rows[k].regressors[*column] != 0.0);
-            let used: Vec<usize> = (0..rows[0].regressors.len()).filter(is_used).collect();
-            let of = |k: usize| {
-                let own = f64::from(u8::from(k == kept[place]));
-                FitRow { regressors: used.iter().map(|&column| rows[k].regressors[column]).chain([own]).collect(), ..rows[k].clone() }
-            };
-            let fit = SessionFit::new(&around.iter().map(|&k| of(k)).collect::<Vec<_>>())?;
-            let mut own = vec![0.0; fit.positions];
-            *own.last_mut()? = 1.0;
-            let deviation = fit.estimate(&own);
-            let uncertainty = deviation.uncertainty?;
-            Some((kept[place], deviation.value, 2.0 * student_tail((deviation.value / uncertainty.u).abs(), uncertainty.dof)))
-        });
-        match tested.min_by(|a, b| a.2.total_cmp(&b.2)) {
-            Some((suspect, deviation, p)) if p * (kept.len() as f64) < DISTURBED_PROBABILITY => found.push((suspect, deviation)),
-            _ => break,
-        }
-    }
-    found
-}
-
-/// Places in `kept` of the rows that differ most from the median of the nearest rows of the same position.
-fn suspects(rows: &[FitRow], kept: &[usize]) -> Vec<usize> {
-    let excess = |place: usize| {
-        let row = &rows[kept[place]];
-        let mut beside: Vec<(usize, f64)> = (0..kept.len())
-            .filter(|other| *other != place && rows[kept[*other]].regressors == row.regressors)
-            .map(|other| (other.abs_diff(place), rows[kept[other]].reading))
-            .collect();
-        beside.sort_by_key(|(distance, _)| *distance);
-        median(beside.iter().take(COMPARED).map(|(_, reading)| *reading)).map_or(0.0, |median| (row.reading - median).abs())
-    };
-    let mut places: Vec<(usize, f64)> = (0..kept.len()).map(|place| (place, excess(place))).collect();
-    places.sort_by(|a, b| b.1.total_cmp(&a.1));
-    places.into_iter().take(MAX_SUSPECTS).map(|(place, _)| place).collect()
 }
 
 /// A fitted session.
@@ -305,6 +248,20 @@ impl SessionFit {
         let mut all = DVector::zeros(self.positions + self.columns.len());
         all[self.positions + place] = 1.0;
         Some(self.combination(&all))
+    }
+
+    /// Probability with which noise makes a combination of the regressors' parameters differ from zero as much, averaged over the ratios of
+    /// walk and visits by their weights; two-sided. Unlike the interval of an estimate it does not allow for visits that the combination may
+    /// contain: for differences within a visit.
+    pub fn probability_within_visits(&self, combination: &[f64]) -> f64 {
+        let mut all = combination.to_vec();
+        all.resize(self.positions + self.columns.len(), 0.0);
+        let all = DVector::from_vec(all);
+        let tail = |node: &Node| {
+            let scale = all.dot(&(&node.covariance * &all)).max(0.0).sqrt();
+            2.0 * student_tail((all.dot(&node.coefficients) / scale).abs(), self.dof)
+        };
+        self.nodes.iter().map(|node| node.weight * tail(node)).sum::<f64>() / self.nodes.iter().map(|node| node.weight).sum::<f64>()
     }
 
     fn combination(&self, combination: &DVector<f64>) -> Estimate {
@@ -548,24 +505,6 @@ fn averaged(rows: &[FitRow]) -> Vec<FitRow> {
 mod tests {
     use super::*;
     use hal_sim::peripherals::Noise;
-
-    /// White cycles, a drift that moves, and one cycle that is far off.
-    #[test]
-    fn a_disturbed_cycle_is_found_and_undisturbed_sessions_have_none() {
-        let mut alarms = 0;
-        for seed in 0..60 {
-            for moves in [(|_| 0.0) as fn(f64) -> f64, |t| 2e-3 * t] {
-                let mut rows = session(16, &[1.0], 0.1, seed, moves);
-                alarms += disturbed(&rows).len();
-                let at = seed as usize % rows.len();
-                rows[at].reading += 5.0;
-                let found = disturbed(&rows);
-                assert!(found.len() <= 2 && found.iter().any(|(row, size)| *row == at && (size - 5.0).abs() < 0.6), "{seed}: {found:?}");
-            }
-        }
-        // 1e-3 of 120 sessions.
-        assert!(alarms <= 2, "{alarms}");
-    }
 
     /// A session in the order A B B A, turned away and back between both visits to B: own drift 1.5, apparent −0.9, odd part 0.1, and a
     /// function of time.

@@ -155,8 +155,8 @@ pub enum ReasonKind {
     ZeroVariance,
     /// A transient would be taken for it.
     Transient,
-    /// A periodic motion of few periods would be taken for it.
-    FewPeriods,
+    /// A slow motion of the level would be taken for it.
+    SlowMotion,
     /// Long averages do not follow the processes.
     LongTimesOmitted,
     /// The resolution of the column hides it.
@@ -175,7 +175,7 @@ fn reason_kind(reason: NotShown, has_limit: bool) -> ReasonKind {
         (NotShown::TooFewRows { rows }, _) => ReasonKind::TooFewRows { rows },
         (NotShown::ZeroVariance, _) => ReasonKind::ZeroVariance,
         (NotShown::Transient, _) => ReasonKind::Transient,
-        (NotShown::FewPeriods, _) => ReasonKind::FewPeriods,
+        (NotShown::SlowMotion, _) => ReasonKind::SlowMotion,
         (NotShown::LongTimesOmitted, _) => ReasonKind::LongTimesOmitted,
         (NotShown::CoarseResolution, _) => ReasonKind::CoarseResolution,
         (NotShown::ManySteps, _) => ReasonKind::ManySteps,

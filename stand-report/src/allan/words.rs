@@ -59,7 +59,7 @@ fn no_coefficients(reason: NotShown) -> String {
         NotShown::ZeroVariance => "the curve reaches zero and cannot be fitted".to_owned(),
         NotShown::NotSignificant { .. } => "not significant in this record".to_owned(),
         NotShown::Transient => "not given: the record begins with a transient, which imitates slow noise".to_owned(),
-        NotShown::FewPeriods => "not given: a periodic motion of the level, of which the record has few periods, imitates slow noise".to_owned(),
+        NotShown::SlowMotion => "not given: a slow motion of the level imitates slow noise".to_owned(),
         NotShown::LongTimesOmitted => "not given: long averages do not follow the five processes".to_owned(),
         NotShown::CoarseResolution => {
             "not given: the least significant bit of the column is larger than 1.5 standard deviations of the noise, so that the rows do not show it".to_owned()
@@ -134,6 +134,15 @@ pub(super) fn note(note: &Note, display: &Display) -> String {
                 scale.unit,
                 significant(*period_s, 3),
                 significant(1.0 / period_s, 3)
+            )
+        }
+        Note::SlowMotion { amplitude, period_s } => {
+            let scale = display.deviation();
+            format!(
+                "a slow motion of the level, which is no noise, such as by the temperature; the record is too short to show its course: a sinusoid of {} {} with a period of {} s is subtracted, and B, K and R are not given",
+                significant(amplitude * scale.factor, 2),
+                scale.unit,
+                significant(*period_s, 2)
             )
         }
         Note::Resolution { part } => format!(
@@ -242,6 +251,15 @@ pub enum NoteKind {
         /// Period, s.
         period_s: f64,
     },
+    /// A slow motion of the level, which was subtracted as a sinusoid.
+    SlowMotion {
+        /// Amplitude.
+        amplitude: f64,
+        /// Its unit.
+        unit: String,
+        /// Period, s.
+        period_s: f64,
+    },
     /// The rounding of the column was subtracted from the white noise.
     Resolution {
         /// Its part of the variance of a row, %.
@@ -300,6 +318,9 @@ pub(super) fn note_kind(note: &Note, display: &Display) -> NoteKind {
         },
         Note::Periodic { period_s, amplitude } => {
             NoteKind::Periodic { amplitude: amplitude * factor, unit: unit.to_string(), period_s: *period_s }
+        }
+        Note::SlowMotion { amplitude, period_s } => {
+            NoteKind::SlowMotion { amplitude: amplitude * factor, unit: unit.to_string(), period_s: *period_s }
         }
         Note::Resolution { part } => NoteKind::Resolution { percent: 100.0 * part },
         Note::Transient { time_constant_s, size, from_s } => {
