@@ -2,14 +2,13 @@
 // STAND: the program; CHROMIUM: the browser; FOLDER: an empty folder for sessions; PICTURES: folder for screenshots. Exit status 0: all
 // claims hold.
 import puppeteer from "puppeteer-core";
-import { accessible, chromium, claim, focus, panel, pause, picture, press, tab, text, type, untranslated } from "./page.mjs";
+import { accessible, chromium, claim, focus, panel, pause, picture, press, shown, tab, text, type, untranslated } from "./page.mjs";
 
 /** Explains, and waits for the answer on the page. */
 async function explain(page) {
   const before = await page.$eval("#answer", (node) => node.dataset.series);
   await press(page, "#explain");
-  const shown = (old) => { const { series = "" } = document.querySelector("#answer").dataset; return series !== old && series.startsWith("explain"); };
-  await page.waitForFunction(shown, { timeout: 600_000 }, before);
+  await shown(page, (old) => { const { series = "" } = document.querySelector("#answer").dataset; return series !== old && series.startsWith("explain"); }, before);
   await idle(page);
 }
 const idle = (page) => page.waitForFunction(() => document.querySelector("#job-identify").hidden && !document.querySelector("#compare").disabled, { timeout: 600_000 });
@@ -33,7 +32,7 @@ async function inOwnWords(page, language) {
 async function signature(page, language) {
   await press(page, "[data-page]");
   await press(page, "#signature-start");
-  await page.waitForFunction(() => document.querySelectorAll("#signature canvas").length >= 2, { timeout: 600_000 });
+  await shown(page, () => document.querySelectorAll("#signature canvas").length >= 2);
   await idle(page);
   const captions = await page.$$eval("#signature figcaption", (all) => all.map((node) => node.textContent));
   const numbers = captions.find((caption) => caption.startsWith("omega_rad_s:")).match(/\d[\d.,e-]*/g).map((number) => Number(number.replace(",", ".")));
@@ -113,7 +112,7 @@ async function loop(browser, language) {
     await tab(page, "live", 1);
     await page.waitForFunction(() => document.querySelector("#log-choice").value === "run-1.parquet");
     await press(page, "#fit");
-    await page.waitForFunction(() => document.querySelectorAll(".steps > div").length === 1, { timeout: 600_000 });
+    await shown(page, () => document.querySelectorAll(".steps > div").length === 1);
     await picture(page, `compare-${language}`);
     await inOwnWords(page, language);
     const uncertain = await page.$$eval("#model tbody tr", (rows) => rows.map((row) => row.children[2].textContent));
@@ -133,7 +132,7 @@ async function loop(browser, language) {
       if (!next) break;
       const before = await page.$$eval(".steps > div", (all) => all.length);
       await press(page, "[data-add]");
-      await page.waitForFunction((n) => document.querySelectorAll(".steps > div").length > n, { timeout: 600_000 }, before);
+      await shown(page, (n) => document.querySelectorAll(".steps > div").length > n, before);
       await idle(page);
       await explain(page);
       if ((await page.$eval("#answer", (node) => node.dataset.verdict)) === "adequate") break;

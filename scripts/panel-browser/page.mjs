@@ -38,6 +38,17 @@ export async function tab(page, from, steps) {
   await focus(page, `#tab-${from}`);
   for (let k = 0; k < steps; k++) await page.keyboard.press("ArrowRight");
 }
+/** Waits until the condition holds; an error that the view of identification shows meanwhile ends the test in its words. */
+export async function shown(page, condition, ...values) {
+  const ends = new AbortController();
+  const options = { timeout: 600_000, signal: ends.signal };
+  const error = page.waitForSelector("#identify-error:not([hidden])", options).then(async () => { throw new Error(`the page says: ${await text(page, "#identify-error")}`); });
+  try {
+    await Promise.race([page.waitForFunction(condition, options, ...values), error]);
+  } finally {
+    ends.abort();
+  }
+}
 export const text = (page, selector) => page.$eval(selector, (node) => node.textContent);
 export async function picture(page, name) {
   if (pictures) await page.screenshot({ path: `${pictures}/${name}.png` });
