@@ -116,7 +116,13 @@ async function build(/** @type {string} */ language) {
   await buildLaboratory();
 }
 
-byId("language").addEventListener("change", () => build(byId("language").value));
+/** One build after the other: a second one would replace elements under the first. */
+let building = Promise.resolve();
+const rebuild = (/** @type {string} */ language) => {
+  building = building.then(() => build(language)).catch((error) => alert(error.message));
+};
+
+byId("language").addEventListener("change", () => rebuild(byId("language").value));
 const language = localStorage.getItem("language") ?? (navigator.language.startsWith("uk") ? "uk" : "en");
 byId("language").value = language;
 setLanguage(language);
@@ -139,7 +145,7 @@ if (hasToken()) {
   startMeasure();
   startLaboratory();
   connect();
-  build(language).catch((error) => alert(error.message));
+  rebuild(language);
 } else {
   alert(text("no_token"));
 }
