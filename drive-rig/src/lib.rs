@@ -178,8 +178,8 @@ pub struct DriveState<S> {
     pub bristle: S,
     /// Winding temperature above [`T0_C`], K (only where it is not measured).
     pub heat_K: S,
-    /// Acceleration of the winding over the last step, rad/s².
-    pub acceleration_rad_s2: S,
+    /// Change of the rate of the winding over the last step, rad/s.
+    pub rate_change_rad_s: S,
     /// Length of the last step, s.
     pub step_s: f64,
 }
@@ -196,7 +196,7 @@ impl<S: Scalar> DriveState<S> {
             twist: zero,
             bristle: zero,
             heat_K: zero,
-            acceleration_rad_s2: zero,
+            rate_change_rad_s: zero,
             step_s: 0.0,
         }
     }
@@ -354,7 +354,8 @@ impl<S: Scalar> Rig<S> {
         let time_constant_s = inductance / total.resistance_of(self.base.resistance);
         let settled = -(-S::from(state.step_s) / time_constant_s).exp_m1();
         let delay_s = settled.recip() * state.step_s - 0.5 * state.step_s;
-        state.current - motor_constant * state.acceleration_rad_s2 * (delay_s - time_constant_s) * time_constant_s / inductance
+        let acceleration_rad_s2 = state.rate_change_rad_s / state.step_s;
+        state.current - motor_constant * acceleration_rad_s2 * (delay_s - time_constant_s) * time_constant_s / inductance
     }
 
     /// Sum of the contributions of all effects at `x`, a point of `row`, and of the regulator of a servo at the simulated angle `theta`.
@@ -413,7 +414,7 @@ impl<S: Scalar> Rig<S> {
         let x = self.point(row, part, state.theta + turned, middle, motor.last_A, state.heat_K);
         let motor = self.motor(&self.contributions(&x, row, state.theta + turned), middle, state.current, row, part);
         let (omega, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, part.length_s);
-        state.acceleration_rad_s2 = (omega - state.omega) / part.length_s;
+        state.rate_change_rad_s = omega - state.omega;
         state.step_s = part.length_s;
         state.omega = omega;
         state.theta += turned;
@@ -435,7 +436,7 @@ impl<S: Scalar> Rig<S> {
         let x = self.point(row, part, half.theta, self.motor_omega(&half), half.current, half.heat_K);
         let (end, current) = self.stage(&start, &half, &self.contributions(&x, row, half.theta), row, part);
         *state = end;
-        state.acceleration_rad_s2 = (self.motor_omega(&end) - self.motor_omega(&start)) / part.length_s;
+        state.rate_change_rad_s = self.motor_omega(&end) - self.motor_omega(&start);
         state.step_s = part.length_s;
         current
     }

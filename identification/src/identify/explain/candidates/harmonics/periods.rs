@@ -12,6 +12,7 @@ use super::phase_lines::{Phase, PhaseLines};
 use super::{Scan, ScannedQuantity, angle};
 use crate::identify::explain::criteria::HarmonicCriteria;
 use crate::identify::explain::fitted::FittedModel;
+use crate::identify::explain::fitted::stiffness::shaft_resonances_Hz;
 use crate::model::Input;
 use crate::statistics::robust::median;
 
@@ -57,6 +58,7 @@ pub fn search_periods(base: &FittedModel) -> Periods {
     let highest_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
     let mut taken = known(base, PeriodOf::Time);
     taken.extend(excitation_lines(base, &phase, highest_Hz));
+    taken.extend(resonance_lines(base));
     let (found, tested) = Scan::new(base, &phase.rad).best_periods(&phase, highest_Hz, &taken, criteria);
     periods.frequencies_Hz = found;
     periods.tested += tested;
@@ -93,6 +95,21 @@ fn excitation_lines(base: &FittedModel, phase: &Phase, highest_Hz: f64) -> Vec<f
     let found: Vec<f64> = (1..power.len().saturating_sub(1)).filter(is_line).map(|k| lines.order(k)).collect();
     if command.is_some() || found.len() >= MIN_VOLTAGE_LINES { found } else { Vec::new() }
 }
+
+/// Frequencies at which a shaft of the model resonates, a line of the log apart, Hz. Every small error of the model excites the resonance, so
+/// that a torque of that frequency cannot be told from one.
+fn resonance_lines(base: &FittedModel) -> Vec<f64> {
+    let (from_s, to_s) = base.data.time_range_s();
+    let line_Hz = 1.0 / (to_s - from_s).max(base.data.dt_s);
+    let lines = |(from_Hz, to_Hz): (f64, f64)| {
+        let count = ((to_Hz - from_Hz) / line_Hz).ceil().min(MAX_RESONANCE_LINES) as usize;
+        (0..=count).map(move |k| from_Hz + (to_Hz - from_Hz) * k as f64 / count.max(1) as f64)
+    };
+    shaft_resonances_Hz(&base.model).into_iter().flat_map(lines).collect()
+}
+
+/// Lines of a resonance at most.
+const MAX_RESONANCE_LINES: f64 = 10_000.0;
 
 /// The periods that the model has.
 pub fn known(base: &FittedModel, of: PeriodOf) -> Vec<f64> {
