@@ -18,6 +18,9 @@ pub fn shaft_ranges(model: &Model, dt_s: f64, criteria: &TrialCriteria) -> [(f64
     [(0.05 * inertia * w * w, 0.25 * inertia * stiff * stiff), (0.0, 0.5 * inertia * stiff), SHARE_RANGE]
 }
 
+/// Relative damping from which on a response has no peak: 1/√2.
+const MAX_DAMPING_RATIO: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// Frequencies at which the shafts of a model resonate, Hz: from, to. Their width is that of half the power, 2 ζ f.
 pub fn shaft_resonances_Hz(model: &Model) -> Vec<(f64, f64)> {
     let shafts = model.effects().iter().filter(|used| used.card.elastic == Some(Elastic::Shaft));
@@ -27,7 +30,7 @@ pub fn shaft_resonances_Hz(model: &Model) -> Vec<(f64, f64)> {
         let reduced = model.base(BaseParameter::Inertia)? * value(share) * (1.0 - value(share));
         let frequency_Hz = (value(stiffness) / reduced).sqrt() / std::f64::consts::TAU;
         let half_width_Hz = value(damping) / reduced / (2.0 * std::f64::consts::TAU);
-        Some((frequency_Hz - half_width_Hz, frequency_Hz + half_width_Hz)).filter(|(from, to)| from.is_finite() && to.is_finite())
+        (half_width_Hz < MAX_DAMPING_RATIO * frequency_Hz).then_some((frequency_Hz - half_width_Hz, frequency_Hz + half_width_Hz))
     };
     shafts.filter_map(|used| resonance(&used.parameters)).collect()
 }
@@ -73,5 +76,7 @@ mod tests {
         };
         assert!((0.5 * (from_Hz + to_Hz) - 17.49).abs() < 0.01, "{from_Hz} {to_Hz}");
         assert!(((to_Hz - from_Hz) / (2.0 * 0.0211 * 17.49) - 1.0).abs() < 0.01, "{from_Hz} {to_Hz}");
+        let damped = text.replace("2.435e-4", "9e-3");
+        assert!(shaft_resonances_Hz(&Model::parse(&damped, "shaft.toml").expect("a model")).is_empty(), "a damping of 78 %");
     }
 }
