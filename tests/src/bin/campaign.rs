@@ -108,6 +108,8 @@ enum Command {
     Logs {
         #[arg(long, value_enum, default_value_t = SetName::Daily)]
         set: SetName,
+        /// Only logs whose name contains one of these texts; the others keep their lines
+        only: Vec<String>,
     },
     /// Writes the log of a name, with the user's model, into a folder, for `stand explain`
     Write {
@@ -183,11 +185,22 @@ fn run(command: Command) -> Result<bool, String> {
             print!("{}", figures::page(&Sources::committed()?)?);
             Ok(true)
         }
-        Command::Logs { set } => {
+        Command::Logs { set, only } => {
             let set = set.set();
             let (logs, _, _) = files(set);
             let path = folder().join(format!("explain-{}-logs.csv", set.name()));
-            write(&logs, &resumed(&path, &set.ids(data), |id| generated(id, data))?)?;
+            let ids: Vec<String> = set.ids(data).into_iter().filter(is_named(&only)).collect();
+            let mut made = resumed(&path, &ids, |id| generated(id, data))?;
+            if !only.is_empty() {
+                let mut all = read::<LogRecord>(&logs)?;
+                for log in &mut all {
+                    if let Some(k) = made.iter().position(|made| made.id == log.id) {
+                        *log = made.swap_remove(k);
+                    }
+                }
+                made = all;
+            }
+            write(&logs, &made)?;
             println!("{}", logs.display());
             Ok(true)
         }
