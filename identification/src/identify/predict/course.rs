@@ -12,8 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-use super::course_gradients::gradients_by_changes;
-use crate::identify::fit::{self, FitResult, Iterate, Problem, System};
+use crate::identify::fit::{self, FitResult, Iterate, System};
 use crate::identify::recording_conventions::MIN_GAIN;
 use crate::log::Log;
 use crate::recording::Convention;
@@ -35,19 +34,13 @@ pub fn with_course<'d, 'l>(log: &'l Log, data: &'d PreparedLog<'l>) -> Option<Co
 
 /// Covariance of the free coordinates over drawn courses of the voltage: each is a random walk with the means, or means and moments, of the
 /// log. It is that of the steps from `iterate` to the minima with these courses (multiple imputation: Rubin, Multiple Imputation for
-/// Nonresponse in Surveys, 1987), by the sensitivities at the iterate: a course changes the readings only a little. `problem`: along its
-/// data the iterate is linearised. `open`: the data [`with_course`]. `None` where no course can be drawn, or the equations are singular.
-pub fn by_course(problem: Problem, open: &PreparedLog, iterate: &Iterate) -> Option<DMatrix<f64>> {
-    let drawn = drawn_courses(open)?;
-    let held = held(iterate);
-    let mut equations = iterate.normal_equations(problem.weights);
-    let mut step_by = |gradient: Vec<DVector<f64>>| {
-        equations.segments.iter_mut().zip(gradient).for_each(|(block, g)| block.g = g);
-        let step = DVector::from_vec(equations.step(0.0, &held)?.parameters);
-        step.iter().all(|s| s.is_finite()).then_some(step)
-    };
-    let gradients = gradients_by_changes(problem, iterate, &drawn);
-    let differences: Option<Vec<DVector<f64>>> = gradients.into_iter().map(&mut step_by).collect();
+/// Nonresponse in Surveys, 1987). `open`: the data [`with_course`]. `None` where no course can be drawn, or the equations are singular.
+pub fn by_course(system: &System, open: &PreparedLog, iterate: &Iterate, weights: &[f64]) -> Option<DMatrix<f64>> {
+    let here = step(iterate, weights)?;
+    let differences: Option<Vec<DVector<f64>>> = drawn_courses(open)?
+        .iter()
+        .map(|other| Some(step(&Iterate::new(system, &iterate.parameters, other, &iterate.initial_states), weights)? - &here))
+        .collect();
     Some(covariance_of(&differences?))
 }
 
@@ -81,7 +74,7 @@ pub fn course_covariance(system: &System, log: &Log, data: &PreparedLog, iterate
     if matches!(open, Cow::Owned(_)) && is_refuted(system, &open, iterate, weights) {
         return None;
     }
-    Some(iterate.parameters.full_covariance(&by_course(Problem { system, data, weights }, &open, iterate)?))
+    Some(iterate.parameters.full_covariance(&by_course(system, &open, iterate, weights)?))
 }
 
 /// The input was taken as its values at t or those of the row before, which no note states.

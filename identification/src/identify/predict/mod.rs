@@ -12,12 +12,10 @@
 //! * [`adjoint`]: gradient of the likelihood by a torque or by an error of a reading at each row;
 //! * [`fit`]: parameters, q and noise of largest likelihood, from a free run (q near 0) upwards;
 //! * [`refine`]: final parameters and standard errors of a fit; by prediction errors, where the input was made from a compared channel;
-//! * [`course`]: uncertainty of the parameters by the unknown course of the input within the rows;
-//! * `course_gradients`: gradients of χ² by such courses.
+//! * [`course`]: uncertainty of the parameters by the unknown course of the input within the rows.
 
 pub mod adjoint;
 pub mod course;
-mod course_gradients;
 pub mod fit;
 pub mod gain;
 pub mod refine;

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidate::{FittedCandidate, chi2_per_value};
 use crate::identify::explain::fitted::FittedModel;
-use crate::identify::fit::{Iterate, Problem};
+use crate::identify::fit::solve::Iterate;
 use crate::identify::predict::{by_course, with_course};
 
 /// The gain of an effect in so many independent samples, with the unknown course of the voltage as an error beside the noise.
@@ -29,8 +29,7 @@ fn part_by_noise(base: &FittedModel, candidate: &FittedCandidate) -> f64 {
     // Where the voltage was taken as constant within the rows, a small effect may be what it does there.
     let Some(data) = with_course(base.context.log, &data) else { return 1.0 };
     let iterate = Iterate::new(&candidate.system, &candidate.parameters, &data, &candidate.states);
-    let problem = Problem { system: &candidate.system, data: &data, weights: &base.weights };
-    let Some(by_course) = by_course(problem, &data, &iterate) else { return 1.0 };
+    let Some(by_course) = by_course(&candidate.system, &data, &iterate, &base.weights) else { return 1.0 };
     let Some(by_noise) = iterate.normal_equations(&base.weights).profiled().0.try_inverse() else { return 1.0 };
     let excess = chi2_per_value(base, candidate.chi2).max(1.0);
     let parameters = &candidate.parameters;
