@@ -190,6 +190,9 @@ fn run(command: Command) -> Result<bool, String> {
             let (logs, _, _) = files(set);
             let path = folder().join(format!("explain-{}-logs.csv", set.name()));
             let ids: Vec<String> = set.ids(data).into_iter().filter(is_named(&only)).collect();
+            if let Some(text) = only.iter().find(|text| !ids.iter().any(|id| id.contains(*text))) {
+                return Err(format!("{text}: no log of the set has this in its name"));
+            }
             let mut made = resumed(&path, &ids, |id| generated(id, data))?;
             if !only.is_empty() {
                 let mut all = read::<LogRecord>(&logs)?;
