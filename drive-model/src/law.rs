@@ -1,5 +1,7 @@
 //! The law of an effect, generic over the scalar.
 
+use std::ops::{AddAssign, MulAssign, SubAssign};
+
 use crate::scalar::{Dual, Scalar};
 
 /// Columns of the log that the expressions of a model may use at most.
@@ -56,63 +58,153 @@ pub struct Point<S> {
     pub columns: [f64; MAX_COLUMNS],
 }
 
-/// Contributions of the effects to the drive, summed over all of them.
+/// A sum of contributions. Where no law adds to it, it costs no operation: most models have few of the sums and factors.
+#[derive(Debug, Clone, Copy)]
+pub struct Sum<S>(Option<S>);
+
+impl<S: Scalar> Sum<S> {
+    /// The sum of nothing.
+    pub const NONE: Self = Sum(None);
+
+    /// The sum; 0 where nothing was added.
+    #[inline]
+    pub fn value(self) -> S {
+        self.0.unwrap_or_else(S::zero)
+    }
+
+    /// The sum, where something was added.
+    #[inline]
+    pub fn get(self) -> Option<S> {
+        self.0
+    }
+
+    /// `start` plus the sum.
+    #[inline]
+    pub fn added_to(self, start: S) -> S {
+        match self.0 {
+            Some(sum) => start + sum,
+            None => start,
+        }
+    }
+}
+
+impl<S: Scalar> AddAssign<S> for Sum<S> {
+    #[inline]
+    fn add_assign(&mut self, term: S) {
+        self.0 = Some(match self.0 {
+            Some(sum) => sum + term,
+            None => term,
+        });
+    }
+}
+
+impl<S: Scalar> SubAssign<S> for Sum<S> {
+    #[inline]
+    fn sub_assign(&mut self, term: S) {
+        *self += -term;
+    }
+}
+
+/// A product of factors. Where no law has one, it costs no operation.
+#[derive(Debug, Clone, Copy)]
+pub struct Factor<S>(Option<S>);
+
+impl<S: Scalar> Factor<S> {
+    /// The product of nothing.
+    pub const NONE: Self = Factor(None);
+
+    /// `value` times the product.
+    #[inline]
+    pub fn times(self, value: S) -> S {
+        match self.0 {
+            Some(factor) => value * factor,
+            None => value,
+        }
+    }
+}
+
+impl<S: Scalar> MulAssign<S> for Factor<S> {
+    #[inline]
+    fn mul_assign(&mut self, factor: S) {
+        self.0 = Some(match self.0 {
+            Some(product) => product * factor,
+            None => factor,
+        });
+    }
+}
+
+/// Contributions of the effects to the drive, over all of them.
 #[derive(Debug, Clone, Copy)]
 pub struct Contributions<S> {
     /// Torque on the rotor, N m.
-    pub torque: S,
+    pub torque: Sum<S>,
     /// Coulomb torque, N m: holds at rest, opposes the motion while sliding.
-    pub coulomb_torque: S,
+    pub coulomb_torque: Sum<S>,
     /// Factor on the Coulomb torque.
-    pub coulomb_factor: S,
+    pub coulomb_factor: Factor<S>,
     /// Additional Coulomb torque per torque of the motor.
-    pub coulomb_per_torque: S,
+    pub coulomb_per_torque: Sum<S>,
     /// Viscous coefficient, N m s.
-    pub viscous: S,
+    pub viscous: Sum<S>,
     /// Factor on the viscous coefficient.
-    pub viscous_factor: S,
+    pub viscous_factor: Factor<S>,
     /// Voltage added to the commanded voltage, V.
-    pub voltage: S,
+    pub voltage: Sum<S>,
     /// Voltage drop against the current, below which no current flows, V.
-    pub drop_V: S,
+    pub drop_V: Sum<S>,
     /// Resistance in series with the winding, Ω.
-    pub series_ohm: S,
+    pub series_ohm: Sum<S>,
     /// Factor on the winding resistance.
-    pub resistance_factor: S,
+    pub resistance_factor: Factor<S>,
     /// Factor on the motor constant, in torque and back-EMF.
-    pub motor_factor: S,
+    pub motor_factor: Factor<S>,
     /// Part of the inertia that varies with the angle, over the mean inertia; only if [`Structure::varying_inertia`].
-    pub inertia_variation: S,
+    pub inertia_variation: Sum<S>,
     /// Its derivative by the angle, 1/rad.
-    pub inertia_slope: S,
+    pub inertia_slope: Sum<S>,
 }
 
 impl<S: Scalar> Contributions<S> {
-    /// No contribution: sums 0, factors 1.
+    /// No contribution.
     #[inline]
     pub fn none() -> Self {
-        let (zero, one) = (S::zero(), S::one());
         Contributions {
-            torque: zero,
-            coulomb_torque: zero,
-            coulomb_factor: one,
-            coulomb_per_torque: zero,
-            viscous: zero,
-            viscous_factor: one,
-            voltage: zero,
-            drop_V: zero,
-            series_ohm: zero,
-            resistance_factor: one,
-            motor_factor: one,
-            inertia_variation: zero,
-            inertia_slope: zero,
+            torque: Sum::NONE,
+            coulomb_torque: Sum::NONE,
+            coulomb_factor: Factor::NONE,
+            coulomb_per_torque: Sum::NONE,
+            viscous: Sum::NONE,
+            viscous_factor: Factor::NONE,
+            voltage: Sum::NONE,
+            drop_V: Sum::NONE,
+            series_ohm: Sum::NONE,
+            resistance_factor: Factor::NONE,
+            motor_factor: Factor::NONE,
+            inertia_variation: Sum::NONE,
+            inertia_slope: Sum::NONE,
         }
     }
 
     /// Coulomb torque while the motor delivers `motor_torque` (N m).
     #[inline]
     pub fn coulomb_torque_under(&self, motor_torque: S) -> S {
-        self.coulomb_torque * self.coulomb_factor + self.coulomb_per_torque * motor_torque.abs()
+        let level = self.coulomb_factor.times(self.coulomb_torque.value());
+        match self.coulomb_per_torque.get() {
+            Some(share) => level + share * motor_torque.abs(),
+            None => level,
+        }
+    }
+
+    /// Viscous coefficient with its factor, N m s, where there is one.
+    #[inline]
+    pub fn viscous_N_m_s(&self) -> Option<S> {
+        self.viscous.get().map(|viscous| self.viscous_factor.times(viscous))
+    }
+
+    /// Resistance of the circuit with a winding of `resistance`, Ω.
+    #[inline]
+    pub fn resistance_of(&self, resistance: S) -> S {
+        self.series_ohm.added_to(self.resistance_factor.times(resistance))
     }
 }
 

@@ -26,7 +26,7 @@ pub use card::{Card, Compensation, Description, Domain, Parameter, ParameterKind
 pub use catalogue::{ExtendError, card, cards, extend, law};
 pub use coordinate::Coordinate;
 pub use experiment::{Abscissa, Demonstration, Motion, Output, StandRun};
-pub use law::{Contributions, Law, LawScalar, LawSource, MAX_COLUMNS, Point, Reading, Shaft, Structure, T0_C, Thermal};
+pub use law::{Contributions, Factor, Law, LawScalar, LawSource, MAX_COLUMNS, Point, Reading, Shaft, Structure, Sum, T0_C, Thermal};
 pub use portable::Portable;
 pub use scalar::{Dual, Scalar};
 pub use screening::{Elastic, HarmonicSource, PeriodOf, Requirement, Screening};

@@ -8,37 +8,43 @@ impl<S: Scalar> Rig<S> {
     #[inline]
     pub(super) fn armature(&self, total: &Contributions<S>, motor_constant: S, omega: S, before: S, row: &RowInput, part: Part) -> (S, S) {
         let h = part.length_s;
-        let resistance = self.base.resistance * total.resistance_factor + total.series_ohm;
+        let resistance = total.resistance_of(self.base.resistance);
         let u_V = if self.input == Input::Voltage { row.voltage_V(part) } else { 0.0 };
         if row.connected < 1.0 {
             let mean = self.part_time_current(total, motor_constant * omega, resistance, u_V, row.connected);
             return (mean, mean);
         }
-        let v = total.voltage - motor_constant * omega + u_V;
+        let back_emf = motor_constant * omega;
+        let v = total.voltage.get().map_or_else(|| -back_emf, |voltage| voltage - back_emf) + u_V;
+        let drop = total.drop_V.get();
         let Some(inductance) = self.structure.inductance_H else {
-            let current = past_drop(v, total.drop_V) / resistance;
+            let current = past_drop(v, drop) / resistance;
             return (current, current);
         };
         // The drop opposes a flowing current; it cannot drive the current through zero.
-        let driving = if before == 0.0 {
-            past_drop(v, total.drop_V)
-        } else if before > 0.0 {
-            v - total.drop_V
-        } else {
-            v + total.drop_V
+        let driving = match drop {
+            None => v,
+            Some(_) if before == 0.0 => past_drop(v, drop),
+            Some(drop_V) => {
+                if before > 0.0 {
+                    v - drop_V
+                } else {
+                    v + drop_V
+                }
+            }
         };
         let target = driving / resistance;
         let x = -(resistance / inductance * h);
         let settled = -x.exp_m1();
         let last = before + (target - before) * settled;
         let mean = target + (before - target) * settled / -x;
-        if total.drop_V > 0.0 && before.re() * last.re() < 0.0 {
+        if drop.is_some_and(|drop_V| drop_V > 0.0) && before.re() * last.re() < 0.0 {
             // At zero current, after τ ln(1 − before/target), the drop reverses: the current stays zero, or flows by the voltage beyond the
             // drop.
             let tau = inductance / resistance;
             let zero_s = tau * (-before / target).ln_1p();
             let rest_s = -zero_s + h;
-            let beyond = past_drop(v, total.drop_V) / resistance;
+            let beyond = past_drop(v, drop) / resistance;
             let settled = -(-rest_s / tau).exp_m1();
             let charge = target * zero_s + before * tau + beyond * (rest_s - tau * settled);
             return (charge / h, beyond * settled);
@@ -61,7 +67,8 @@ impl<S: Scalar> Rig<S> {
         if connected <= 0.0 {
             return S::zero();
         }
-        past_drop(total.voltage - back_emf_V * connected + u_V, total.drop_V * connected) / resistance
+        let v = total.voltage.value() - back_emf_V * connected + u_V;
+        past_drop(v, total.drop_V.get().map(|drop_V| drop_V * connected)) / resistance
     }
 }
 
@@ -91,7 +98,8 @@ fn course_response<S: Scalar>([c0, c1, c2, c3]: [f64; 4], x: S) -> (S, S) {
 
 /// A voltage less the drop that opposes it; zero below the drop.
 #[inline]
-fn past_drop<S: Scalar>(v: S, drop_V: S) -> S {
+fn past_drop<S: Scalar>(v: S, drop_V: Option<S>) -> S {
+    let Some(drop_V) = drop_V else { return v };
     if v > drop_V {
         v - drop_V
     } else if -v > drop_V {

@@ -24,19 +24,20 @@ impl<S: Scalar> Rig<S> {
         let theta = S::from(row.theta.map_or(0.0, |t| t.0));
         let x = self.point(row, Part::BEGIN, theta, rate, S::from(current_A), S::zero());
         let total = self.contributions(&x, row, theta);
-        let motor_constant = self.base.motor_constant * total.motor_factor;
+        let motor_constant = total.motor_factor.times(self.base.motor_constant);
         let (inertia, reaction) = self.varying_inertia(&total, self.base.inertia, rate);
         let sliding = inertia * alpha - reaction
-            + total.viscous * total.viscous_factor * omega
-            + total.coulomb_torque * total.coulomb_factor * direction
-            - total.torque;
+            + total.viscous_N_m_s().map_or_else(S::zero, |viscous| viscous * omega)
+            + total.coulomb_factor.times(total.coulomb_torque.value()) * direction
+            - total.torque.value();
         // The motor also overcomes the friction that its own torque T causes: T = sliding + μ |T| direction.
-        let share = total.coulomb_per_torque * direction;
+        let share = total.coulomb_per_torque.value() * direction;
         let torque = sliding / (if sliding > 0.0 { -share } else { share } + 1.0);
         let current = torque / motor_constant;
-        let resistance = self.base.resistance * total.resistance_factor + total.series_ohm;
-        let drop = if current > 0.0 { total.drop_V } else { -total.drop_V };
-        let voltage = resistance * current + (motor_constant * omega + drop) * row.connected - total.voltage;
+        let resistance = total.resistance_of(self.base.resistance);
+        let drop_V = total.drop_V.value();
+        let drop = if current > 0.0 { drop_V } else { -drop_V };
+        let voltage = resistance * current + (motor_constant * omega + drop) * row.connected - total.voltage.value();
         Demand { torque, current, voltage }
     }
 }

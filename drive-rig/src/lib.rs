@@ -178,8 +178,8 @@ pub struct DriveState<S> {
     pub bristle: S,
     /// Winding temperature above [`T0_C`], K (only where it is not measured).
     pub heat_K: S,
-    /// Acceleration of the winding over the last step, rad/s².
-    pub acceleration_rad_s2: S,
+    /// Change of the rate of the winding over the last step, rad/s.
+    pub rate_change_rad_s: S,
     /// Length of the last step, s.
     pub step_s: f64,
 }
@@ -196,7 +196,7 @@ impl<S: Scalar> DriveState<S> {
             twist: zero,
             bristle: zero,
             heat_K: zero,
-            acceleration_rad_s2: zero,
+            rate_change_rad_s: zero,
             step_s: 0.0,
         }
     }
@@ -342,7 +342,7 @@ impl<S: Scalar> Rig<S> {
         }
         let omega = self.motor_omega(state);
         let total = self.contributions(&self.point(row, Part::BEGIN, state.theta, omega, state.current, state.heat_K), row, state.theta);
-        let motor_constant = self.base.motor_constant * total.motor_factor;
+        let motor_constant = total.motor_factor.times(self.base.motor_constant);
         let Some(inductance) = self.structure.inductance_H else {
             return self.armature(&total, motor_constant, omega, state.current, row, Part::BEGIN).0;
         };
@@ -351,10 +351,11 @@ impl<S: Scalar> Rig<S> {
         }
         // Along a ramp of the rate the current follows the back-EMF with the delay L/R. A step of length h takes the back-EMF of its
         // middle: its mean current is right, but the current at its end has the delay h/(1 − exp(−h R/L)) − h/2.
-        let time_constant_s = inductance / (self.base.resistance * total.resistance_factor + total.series_ohm);
+        let time_constant_s = inductance / total.resistance_of(self.base.resistance);
         let settled = -(-S::from(state.step_s) / time_constant_s).exp_m1();
         let delay_s = settled.recip() * state.step_s - 0.5 * state.step_s;
-        state.current - motor_constant * state.acceleration_rad_s2 * (delay_s - time_constant_s) * time_constant_s / inductance
+        let acceleration_rad_s2 = state.rate_change_rad_s / state.step_s;
+        state.current - motor_constant * acceleration_rad_s2 * (delay_s - time_constant_s) * time_constant_s / inductance
     }
 
     /// Sum of the contributions of all effects at `x`, a point of `row`, and of the regulator of a servo at the simulated angle `theta`.
@@ -413,7 +414,7 @@ impl<S: Scalar> Rig<S> {
         let x = self.point(row, part, state.theta + turned, middle, motor.last_A, state.heat_K);
         let motor = self.motor(&self.contributions(&x, row, state.theta + turned), middle, state.current, row, part);
         let (omega, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, part.length_s);
-        state.acceleration_rad_s2 = (omega - state.omega) / part.length_s;
+        state.rate_change_rad_s = omega - state.omega;
         state.step_s = part.length_s;
         state.omega = omega;
         state.theta += turned;
@@ -435,7 +436,7 @@ impl<S: Scalar> Rig<S> {
         let x = self.point(row, part, half.theta, self.motor_omega(&half), half.current, half.heat_K);
         let (end, current) = self.stage(&start, &half, &self.contributions(&x, row, half.theta), row, part);
         *state = end;
-        state.acceleration_rad_s2 = (self.motor_omega(&end) - self.motor_omega(&start)) / part.length_s;
+        state.rate_change_rad_s = self.motor_omega(&end) - self.motor_omega(&start);
         state.step_s = part.length_s;
         current
     }
@@ -448,7 +449,7 @@ impl<S: Scalar> Rig<S> {
     /// Motor and friction over a part of the row at the rate `omega`.
     #[inline]
     fn motor(&self, total: &Contributions<S>, omega: S, current: S, row: &RowInput, part: Part) -> Motor<S> {
-        let motor_constant = self.base.motor_constant * total.motor_factor;
+        let motor_constant = total.motor_factor.times(self.base.motor_constant);
         let (drive, mean_A, last_A) = match self.input {
             Input::Voltage | Input::Setpoint => {
                 let (mean, last) = self.armature(total, motor_constant, omega, current, row, part);
@@ -457,7 +458,8 @@ impl<S: Scalar> Rig<S> {
             Input::Current => (motor_constant * row.input, S::from(row.input), S::from(row.input)),
             Input::Torque => (S::from(row.input), S::zero(), S::zero()),
         };
-        let torque = drive + total.torque - total.viscous * total.viscous_factor * omega;
+        let torque = total.torque.added_to(drive);
+        let torque = total.viscous_N_m_s().map_or(torque, |viscous| torque - viscous * omega);
         Motor { torque, coulomb_torque: total.coulomb_torque_under(drive), mean_A, last_A }
     }
 
@@ -465,8 +467,8 @@ impl<S: Scalar> Rig<S> {
     /// torque.
     #[inline]
     fn varying_inertia(&self, total: &Contributions<S>, constant: S, omega: S) -> (S, S) {
-        let inertia = constant + self.base.inertia * total.inertia_variation;
-        (inertia, -(self.base.inertia * total.inertia_slope * omega * omega * 0.5))
+        let inertia = constant + self.base.inertia * total.inertia_variation.value();
+        (inertia, -(self.base.inertia * total.inertia_slope.value() * omega * omega * 0.5))
     }
 
     /// From `start` over a part of the row, with the contributions `total` at the state `mid`; returns the end state and the mean current.
@@ -484,7 +486,7 @@ impl<S: Scalar> Rig<S> {
         let Motor { mut torque, coulomb_torque: mut coulomb, mean_A: current, last_A } = self.motor(total, omega, start.current, row, part);
         end.current = last_A;
         if let (Some(thermal), None) = (&self.structure.thermal, row.temp_C) {
-            let loss_W = self.base.resistance * total.resistance_factor * current * current;
+            let loss_W = total.resistance_factor.times(self.base.resistance) * current * current;
             end.heat_K = start.heat_K + (loss_W - mid.heat_K / thermal.K_W) / thermal.J_K * h;
         }
         if let Some(stiffness) = self.structure.bristle_N_m_rad {

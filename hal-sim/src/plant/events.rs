@@ -183,7 +183,7 @@ impl Plant {
         if let Some(stiffness) = self.structure.bristle_N_m_rad {
             // Time constant of the bristle: its breakaway angle over the rate. Coulomb torques below 10 µN m are not resolved.
             let (total, _) = self.at(&self.state, self.rubs(&self.state), 0.0, self.t_s);
-            let constant_s = total.coulomb_torque.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3);
+            let constant_s = total.coulomb_torque.value().max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3);
             fastest_s = fastest_s.min(constant_s.max(MIN_BRISTLE_TIME_S)).min((self.inertia / stiffness).sqrt());
         }
         (dt_s / (STEP_OF_FASTEST * fastest_s)).ceil().clamp(1.0, MAX_STEPS)

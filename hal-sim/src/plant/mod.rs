@@ -91,7 +91,7 @@ impl Plant {
             mean_current_A: 0.0,
             sensing,
         };
-        plant.drops = plant.contributions(&plant.state, 0.0, 0.0, 0.0).drop_V > 0.0;
+        plant.drops = plant.contributions(&plant.state, 0.0, 0.0, 0.0).drop_V.value() > 0.0;
         plant.sense(0.0);
         Ok(plant)
     }
@@ -162,7 +162,7 @@ impl PlantPort for Plant {
         self.mean_current_A = self.state[CHARGE] / dt_s;
         // Where a law makes the resistance depend on the temperature, the hot resistance heats.
         let factor = match self.structure.thermal {
-            Some(_) => self.contributions(&self.state, self.mean_current_A, command_V, self.t_s).resistance_factor,
+            Some(_) => self.contributions(&self.state, self.mean_current_A, command_V, self.t_s).resistance_factor.times(1.0),
             None => 1.0,
         };
         let loss_W = self.resistance * factor * self.mean_current_A * self.mean_current_A;

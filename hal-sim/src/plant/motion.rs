@@ -1,7 +1,7 @@
 //! Dynamics of a state: laws, current, torque, time derivative, and the contact state of friction, brushes, clutch and gap.
 
 use super::Plant;
-use drive_model::{Contributions, MAX_COLUMNS, Point, T0_C};
+use drive_model::{Contributions, MAX_COLUMNS, Point, Sum, T0_C};
 
 /// Time constant below which a bristle is not resolved, s: no sensor shows it.
 pub(super) const MIN_BRISTLE_TIME_S: f64 = 5e-6;
@@ -57,7 +57,7 @@ impl Plant {
     pub(super) fn varying_inertia<const N: usize>(&self, s: &[f64; N], total: &Contributions<f64>) -> (f64, f64) {
         // A body that is put on the platform does not change with the angle.
         let drive = self.inertia - self.added;
-        (drive * total.inertia_variation, -0.5 * drive * total.inertia_slope * s[OMEGA] * s[OMEGA])
+        (drive * total.inertia_variation.value(), -0.5 * drive * total.inertia_slope.value() * s[OMEGA] * s[OMEGA])
     }
 
     #[inline]
@@ -130,7 +130,9 @@ impl Plant {
     #[inline(always)]
     fn inside<const N: usize>(&self, s: &[f64; N], command_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
         let (mut total, current) = self.electrical(s, command_V, t_s);
-        total.coulomb_torque = total.coulomb_torque_under(self.motor_constant * total.motor_factor * current);
+        let coulomb_N_m = total.coulomb_torque_under(total.motor_factor.times(self.motor_constant) * current);
+        total.coulomb_torque = Sum::NONE;
+        total.coulomb_torque += coulomb_N_m;
         (total, current)
     }
 
@@ -143,8 +145,8 @@ impl Plant {
         let mut total = self.contributions(s, current, command_V, t_s);
         let rounds = if self.structure.needs_current { 8 } else { 1 };
         for round in 0..rounds {
-            let v = command_V + total.voltage - self.motor_constant * total.motor_factor * s[self.motor::<N>()];
-            current = past_gap(v, 2.0 * total.drop_V) / (self.resistance * total.resistance_factor + total.series_ohm);
+            let v = command_V + total.voltage.value() - total.motor_factor.times(self.motor_constant) * s[self.motor::<N>()];
+            current = past_gap(v, 2.0 * total.drop_V.value()) / total.resistance_of(self.resistance);
             if round + 1 < rounds {
                 total = self.contributions(s, current, command_V, t_s);
             }
@@ -156,8 +158,8 @@ impl Plant {
     #[inline(always)]
     pub(super) fn torque<const N: usize>(&self, s: &[f64; N], total: &Contributions<f64>, current: f64) -> f64 {
         let motor_omega = s[self.motor::<N>()];
-        let mut torque =
-            self.motor_constant * total.motor_factor * current + total.torque - total.viscous * total.viscous_factor * motor_omega;
+        let mut torque = total.motor_factor.times(self.motor_constant) * current + total.torque.value()
+            - total.viscous_N_m_s().unwrap_or(0.0) * motor_omega;
         if N == FULL {
             torque -= self.structure.bristle_N_m_rad.map_or(0.0, |stiffness| stiffness * s[BRISTLE]);
             torque -= self.structure.shaft.as_ref().map_or(0.0, |shaft| through(shaft, s));
@@ -174,7 +176,7 @@ impl Plant {
         let motor = self.motor::<N>();
         let mut d = [0.0; N];
         let bristle = self.structure.bristle_N_m_rad;
-        let dry = if bristle.is_some() { 0.0 } else { total.coulomb_torque };
+        let dry = if bristle.is_some() { 0.0 } else { total.coulomb_torque.value() };
         let torque = self.torque(s, &total, current) - contact.slides * dry;
         let (motor_inertia, platform_inertia) = self.constant_inertias::<N>();
         let (varying, reaction) = self.varying_inertia(s, &total);
@@ -189,12 +191,12 @@ impl Plant {
         d[THETA] = s[OMEGA];
         d[CHARGE] = current;
         if let Some(inductance) = self.structure.inductance_H {
-            let v = bridge_V + total.voltage - self.motor_constant * total.motor_factor * s[motor];
-            let resistance = self.resistance * total.resistance_factor + total.series_ohm;
+            let v = bridge_V + total.voltage.value() - total.motor_factor.times(self.motor_constant) * s[motor];
+            let resistance = total.resistance_of(self.resistance);
             d[CURRENT] = if self.drops && contact.flows == 0.0 {
                 0.0
             } else {
-                (v - total.drop_V * contact.flows - resistance * current) / inductance
+                (v - total.drop_V.value() * contact.flows - resistance * current) / inductance
             };
         }
         if N < FULL {
@@ -216,9 +218,10 @@ impl Plant {
             d[OMEGA] = (through(shaft, s) + reaction) / (platform_inertia + varying);
             d[TWIST] = s[MOTOR] - s[OMEGA];
         }
-        if let (Some(stiffness), true) = (bristle, total.coulomb_torque > 0.0) {
-            let settled = total.coulomb_torque / stiffness * s[motor].signum();
-            d[BRISTLE] = (settled - s[BRISTLE]) * (s[motor].abs() * stiffness / total.coulomb_torque).min(1.0 / MIN_BRISTLE_TIME_S);
+        let coulomb_N_m = total.coulomb_torque.value();
+        if let (Some(stiffness), true) = (bristle, coulomb_N_m > 0.0) {
+            let settled = coulomb_N_m / stiffness * s[motor].signum();
+            d[BRISTLE] = (settled - s[BRISTLE]) * (s[motor].abs() * stiffness / coulomb_N_m).min(1.0 / MIN_BRISTLE_TIME_S);
         }
         d
     }
@@ -238,7 +241,7 @@ impl Plant {
             let ahead = s[MOTOR] - s[OMEGA];
             torque -= if ahead == 0.0 { 0.0 } else { ahead.signum() * clutch.clutch_N_m };
         }
-        if torque.abs() <= total.coulomb_torque { 0.0 } else { torque.signum() }
+        if torque.abs() <= total.coulomb_torque.value() { 0.0 } else { torque.signum() }
     }
 
     /// Direction of the current; 0: the voltage drop blocks it.
@@ -248,8 +251,8 @@ impl Plant {
         }
         let bridge_V = self.bridge_V::<N>(command_V, t_s);
         let (total, _) = self.at(s, self.rubs(s), bridge_V, t_s);
-        let v = bridge_V + total.voltage - self.motor_constant * total.motor_factor * s[self.motor::<N>()];
-        if v.abs() <= total.drop_V { 0.0 } else { v.signum() }
+        let v = bridge_V + total.voltage.value() - total.motor_factor.times(self.motor_constant) * s[self.motor::<N>()];
+        if v.abs() <= total.drop_V.value() { 0.0 } else { v.signum() }
     }
 
     /// Direction of slip of the clutch, for this direction of sliding; 0: closed.
@@ -263,7 +266,7 @@ impl Plant {
             return 0.0;
         }
         let (total, current) = self.at(s, self.rubs(s), self.bridge_V::<N>(command_V, t_s), t_s);
-        let dry = if self.structure.bristle_N_m_rad.is_some() { 0.0 } else { total.coulomb_torque };
+        let dry = if self.structure.bristle_N_m_rad.is_some() { 0.0 } else { total.coulomb_torque.value() };
         let (motor_inertia, platform_inertia) = self.constant_inertias::<N>();
         let (varying, reaction) = self.varying_inertia(s, &total);
         let platform_inertia = platform_inertia + varying;

@@ -314,7 +314,7 @@ fn user_effect_acts_at_each_summing_point() {
         let (mut acts, mut reading) = (Contributions::<f64>::none(), Reading::of(0.0, 0.0, 0.0));
         own.contribute(&[2.0], &x, &mut acts);
         own.measure(&[2.0], &x, &mut reading);
-        let all = [acts.torque, acts.coulomb_torque, acts.voltage, reading.omega, reading.theta, reading.current];
+        let all = [acts.torque.value(), acts.coulomb_torque.value(), acts.voltage.value(), reading.omega, reading.theta, reading.current];
         let at = SummingPoint::ALL.iter().position(|p| *p == place).unwrap();
         for (k, value) in all.into_iter().enumerate() {
             let wants = if k == at { 2.0 * (1.25 + 0.3 + 2.0 + 0.4 + 6.0 + 30.0) } else { 0.0 };

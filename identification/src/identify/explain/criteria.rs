@@ -333,6 +333,8 @@ thresholds! {
         pub excerpt_s: f64 = 3.0,
         /// Rows of an excerpt at least.
         pub min_excerpt_rows: usize = 500,
+        /// Rows of short windows, in excerpts, up to which they are an excerpt themselves.
+        pub max_excerpts_of_windows: usize = 4,
         /// Lengths of the windows between the shortest ones and the whole log, s.
         pub window_lengths_s: Vec<f64> = vec![1.0, 4.0],
     }

@@ -1,7 +1,9 @@
 //! Simulation of the model along a log.
 
-use drive_model::Scalar;
-use drive_rig::{DriveState, Rig};
+use std::ops::Range;
+
+use drive_model::{Reading, Scalar};
+use drive_rig::{DriveState, Rig, RowInput};
 
 use super::initial_states::{InitialStateKind, state};
 use super::measurement::{MeasurementChain, Row};
@@ -36,106 +38,113 @@ fn run_uncounted<S: DerivativeScalar>(
     rig: &Rig<S>,
     data: &PreparedLog,
     segment: usize,
-    (kinds, values): (&[InitialStateKind], &[f64]),
+    starts: (&[InitialStateKind], &[f64]),
     free: usize,
     visit: &mut impl FnMut(usize, usize, &S) -> bool,
 ) {
-    let rows = data.segments[segment].clone();
     if data.driven == Input::Motion {
         return prescribed_motion(rig, data, segment, visit);
     }
-    if !rig.resolves(data.dt_s) {
-        for row in rows {
-            for c in 0..data.channels.len() {
-                if !visit(c, row, &S::from(f64::NAN)) {
-                    return;
-                }
-            }
-        }
-        return;
-    }
-    let mut chains: Vec<MeasurementChain<S>> = (0..data.channels.len()).map(|c| MeasurementChain::new(data, c, rig.structure())).collect();
-    let theta = data.theta.map_or(0.0, |theta| theta[rows.start]);
-    let needs_current_slope = chains.iter().any(MeasurementChain::needs_current_slope);
-    let instant = data.channels.iter().any(|c| c.instant && c.channel == Channel::Current);
-    let mut state = state::<S>(kinds, values, free, theta);
-    if let Some(predictor) = data.predictor.as_deref() {
-        return follow(rig, data, segment, Following { predictor, chains, state, instant, needs_current_slope }, visit);
-    }
-    for row in rows.clone() {
-        let span = data.row_input(row, rows.end);
-        let before = (state.omega, state.theta, state.heat_K);
-        let now = instant.then(|| rig.current_now(&state, &span));
-        let mean = rig.advance(&mut state, &span);
-        let reading = rig.read(before, &span, now.unwrap_or(mean));
-        let current_slope_A_s = match now.filter(|_| needs_current_slope) {
-            Some(now) => (rig.current_now(&state, &span) - now) / span.dt_s,
-            None => S::zero(),
-        };
-        let read = Row { input: &span, omega: before.0, theta: before.1, reading: &reading, current_slope_A_s };
-        for (c, chain) in chains.iter_mut().enumerate() {
-            if let Some(value) = chain.push(&read)
-                && !visit(c, row, &value)
-            {
-                return;
-            }
-        }
-        // The rest of a diverging simulation is NaN, which makes χ² infinite.
-        if !state.omega.re().is_finite() {
-            for rest in row + 1..rows.end {
-                for c in 0..chains.len() {
-                    if !visit(c, rest, &S::from(f64::NAN)) {
-                        return;
-                    }
-                }
-            }
-            return;
-        }
-    }
+    let end = data.segments[segment].end;
+    Simulation::new(rig, data, segment, starts, free).advance(end, visit);
 }
 
-/// A simulation that follows the measurement.
-struct Following<'p, S> {
-    predictor: &'p Predictor,
+/// A simulation of one segment, which can be advanced in parts: of a drive, not of a prescribed motion.
+pub struct Simulation<'r, 'd, 'l, S: DerivativeScalar> {
+    rig: &'r Rig<S>,
+    data: &'d PreparedLog<'l>,
+    rows: Range<usize>,
+    /// The next row.
+    row: usize,
     chains: Vec<MeasurementChain<S>>,
     state: DriveState<S>,
     /// The current is compared at the time of the row.
     instant: bool,
     needs_current_slope: bool,
+    /// The state is no longer finite, or the rows do not resolve the model: all further values are NaN, which makes χ² infinite.
+    diverged: bool,
 }
 
-/// Simulates one segment with the state corrected by each innovation; values are predictions from all earlier values.
-fn follow<S: DerivativeScalar>(
-    rig: &Rig<S>,
-    data: &PreparedLog,
-    segment: usize,
-    Following { predictor, mut chains, mut state, instant, needs_current_slope }: Following<S>,
-    visit: &mut impl FnMut(usize, usize, &S) -> bool,
-) {
-    let rows = data.segments[segment].clone();
-    let of_motion = |c: usize| matches!(data.channels[c].channel, Channel::Rate | Channel::Angle);
-    for row in rows.clone() {
-        let span = data.row_input(row, rows.end);
-        for c in (0..chains.len()).filter(|&c| of_motion(c)) {
-            let reading = rig.read((state.omega, state.theta, state.heat_K), &span, state.current);
-            let read = Row { input: &span, omega: state.omega, theta: state.theta, reading: &reading, current_slope_A_s: S::zero() };
-            let Some(value) = chains[c].push(&read) else { continue };
-            if !visit(c, row, &value) {
-                return;
+impl<'r, 'd, 'l, S: DerivativeScalar> Simulation<'r, 'd, 'l, S> {
+    /// The simulation before its first row. `kinds` and `values` are the initial states; `free` is the number of free parameters, whose
+    /// derivatives precede those of the states.
+    pub fn new(
+        rig: &'r Rig<S>,
+        data: &'d PreparedLog<'l>,
+        segment: usize,
+        (kinds, values): (&[InitialStateKind], &[f64]),
+        free: usize,
+    ) -> Self {
+        let rows = data.segments[segment].clone();
+        let chains: Vec<MeasurementChain<S>> = (0..data.channels.len()).map(|c| MeasurementChain::new(data, c, rig.structure())).collect();
+        let theta = data.theta.map_or(0.0, |theta| theta[rows.start]);
+        let needs_current_slope = chains.iter().any(MeasurementChain::needs_current_slope);
+        let instant = data.channels.iter().any(|c| c.instant && c.channel == Channel::Current);
+        let state = state::<S>(kinds, values, free, theta);
+        let diverged = !rig.resolves(data.dt_s);
+        Simulation { rig, data, row: rows.start, rows, chains, state, instant, needs_current_slope, diverged }
+    }
+
+    /// Simulates the rows before `end` and calls `visit(channel, row, value)` with each compared value, until it returns false; whether it
+    /// never did.
+    pub fn advance(&mut self, end: usize, visit: &mut impl FnMut(usize, usize, &S) -> bool) -> bool {
+        while self.row < end {
+            let row = self.row;
+            self.row += 1;
+            if self.diverged {
+                if !(0..self.chains.len()).all(|c| visit(c, row, &S::from(f64::NAN))) {
+                    return false;
+                }
+                continue;
             }
-            if let Some(target) = data.target(c, row, rows.start) {
-                predictor.correct(c, -value + target, &mut state);
+            let goes_on = match self.data.predictor.as_deref() {
+                Some(predictor) => self.follow(predictor, row, visit),
+                None => self.run_free(row, visit),
+            };
+            if !goes_on {
+                return false;
+            }
+            self.diverged = !self.state.omega.re().is_finite();
+        }
+        true
+    }
+
+    /// One row of a free run.
+    #[inline]
+    fn run_free(&mut self, row: usize, visit: &mut impl FnMut(usize, usize, &S) -> bool) -> bool {
+        let span = self.data.row_input(row, self.rows.end);
+        let (before, reading, current_slope_A_s) = self.step(&span);
+        let read = Row { input: &span, omega: before.0, theta: before.1, reading: &reading, current_slope_A_s };
+        for (c, chain) in self.chains.iter_mut().enumerate() {
+            if let Some(value) = chain.push(&read)
+                && !visit(c, row, &value)
+            {
+                return false;
             }
         }
-        let before = (state.omega, state.theta, state.heat_K);
-        let now = instant.then(|| rig.current_now(&state, &span));
-        let mean = rig.advance(&mut state, &span);
-        let reading = rig.read(before, &span, now.unwrap_or(mean));
-        let current_slope_A_s = match now.filter(|_| needs_current_slope) {
-            Some(now) => (rig.current_now(&state, &span) - now) / span.dt_s,
-            None => S::zero(),
-        };
-        for (c, chain) in chains.iter_mut().enumerate() {
+        true
+    }
+
+    /// One row that follows the measurement: the state is corrected by each innovation; values are predictions from all earlier values.
+    fn follow(&mut self, predictor: &Predictor, row: usize, visit: &mut impl FnMut(usize, usize, &S) -> bool) -> bool {
+        let data = self.data;
+        let begin = self.rows.start;
+        let of_motion = |c: usize| matches!(data.channels[c].channel, Channel::Rate | Channel::Angle);
+        let span = data.row_input(row, self.rows.end);
+        for c in (0..self.chains.len()).filter(|&c| of_motion(c)) {
+            let state = &self.state;
+            let reading = self.rig.read((state.omega, state.theta, state.heat_K), &span, state.current);
+            let read = Row { input: &span, omega: state.omega, theta: state.theta, reading: &reading, current_slope_A_s: S::zero() };
+            let Some(value) = self.chains[c].push(&read) else { continue };
+            if !visit(c, row, &value) {
+                return false;
+            }
+            if let Some(target) = data.target(c, row, begin) {
+                predictor.correct(c, -value + target, &mut self.state);
+            }
+        }
+        let (before, reading, current_slope_A_s) = self.step(&span);
+        for (c, chain) in self.chains.iter_mut().enumerate() {
             if of_motion(c) {
                 chain.correct(before.0, before.1, &reading);
                 continue;
@@ -143,22 +152,29 @@ fn follow<S: DerivativeScalar>(
             let read = Row { input: &span, omega: before.0, theta: before.1, reading: &reading, current_slope_A_s };
             let Some(value) = chain.push(&read) else { continue };
             if !visit(c, row, &value) {
-                return;
+                return false;
             }
-            if let Some(target) = data.target(c, row, rows.start) {
-                predictor.correct(c, -value + target, &mut state);
+            if let Some(target) = data.target(c, row, begin) {
+                predictor.correct(c, -value + target, &mut self.state);
             }
         }
-        if !state.omega.re().is_finite() {
-            for rest in row + 1..rows.end {
-                for c in 0..chains.len() {
-                    if !visit(c, rest, &S::from(f64::NAN)) {
-                        return;
-                    }
-                }
-            }
-            return;
-        }
+        true
+    }
+
+    /// Advances the state over a row. Returns rate, angle and temperature rise before it, the readings of the row, and the slope of the
+    /// current within it, A/s.
+    #[inline]
+    fn step(&mut self, span: &RowInput) -> ((S, S, S), Reading<S>, S) {
+        let (rig, state) = (self.rig, &mut self.state);
+        let before = (state.omega, state.theta, state.heat_K);
+        let now = self.instant.then(|| rig.current_now(state, span));
+        let mean = rig.advance(state, span);
+        let reading = rig.read(before, span, now.unwrap_or(mean));
+        let current_slope_A_s = match now.filter(|_| self.needs_current_slope) {
+            Some(now) => (rig.current_now(state, span) - now) / span.dt_s,
+            None => S::zero(),
+        };
+        (before, reading, current_slope_A_s)
     }
 }
 

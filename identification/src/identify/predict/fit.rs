@@ -1,7 +1,7 @@
 //! Parameters, random torque and noise of largest likelihood.
 //!
-//! From the parameters of a free run: the density of the random torque falls by decades from the largest; the density with the largest
-//! likelihood stays. Noise and parameters then follow in turn, until the likelihood does not grow.
+//! From the parameters of a free run, which are the best where there is no random torque: density of the random torque, noise and parameters
+//! follow in turn, until the likelihood does not grow.
 
 use std::sync::Arc;
 
@@ -34,6 +34,8 @@ pub struct PredictionFit {
     pub noise: NoiseModel,
     /// −2 ln of the likelihood of the innovations of the fitted rows, up to a constant of the log.
     pub minus_2_ln_likelihood: f64,
+    /// Mean square of each channel's innovations in the fitted rows.
+    pub mean_squares: Vec<f64>,
     /// The filter.
     pub predictor: Arc<Predictor>,
 }
@@ -44,9 +46,6 @@ const DECADES: i32 = 12;
 const MIN_DECREASE: f64 = 0.05;
 /// Part of a variance to which it may fall at once.
 const MIN_WHITE_FALL: f64 = 0.01;
-/// Steps of the parameters at the end.
-const LAST_STEPS: usize = 10;
-
 /// Rounds of noise and parameters from a near start at most, and steps of the parameters in each.
 const NEAR_ROUNDS: usize = 12;
 const NEAR_STEPS: usize = 40;
@@ -99,18 +98,16 @@ impl<'s, 'a> Prediction<'s, 'a> {
         self.data.following(Some(Arc::clone(predictor)))
     }
 
-    /// The fit of largest likelihood from parameters near it: the density at these parameters, then all that is random, and the parameters
-    /// to the end; and whether it has converged.
+    /// The fit of largest likelihood from the parameters of a free run: from the smallest density, at which they are near the best, upwards
+    /// to the most likely one, with all that is random, and the parameters to the end; and whether it has converged.
     pub fn fit_near(&self, parameters: &Parameters) -> Option<(PredictionFit, bool)> {
-        let noise = NoiseModel { torque_density: self.largest_density(parameters)?, white: self.first_noise() };
         let floor = self.smallest_density(parameters)?;
-        let mut best = self.best_lower_density(&self.at(parameters, None, noise)?, floor)?;
+        let noise = NoiseModel { torque_density: floor, white: self.first_noise() };
+        let mut best = self.descend(self.at(parameters, None, noise)?, NEAR_STEPS)?;
         for _ in 0..NEAR_ROUNDS {
             let before = best.minus_2_ln_likelihood;
-            if let Some(lower) = self.best_lower_density(&best, floor).filter(|lower| lower.minus_2_ln_likelihood < before) {
-                best = lower;
-            }
-            self.refine(&mut best);
+            self.match_density(&mut best, floor);
+            self.match_white_noise(&mut best);
             best = self.descend(best, NEAR_STEPS)?;
             if self.data.budget.is_exhausted() {
                 break;
@@ -122,53 +119,37 @@ impl<'s, 'a> Prediction<'s, 'a> {
         Some((best, false))
     }
 
-    /// The most likely density below that of a point, in decades, at its parameters: at least one decade below, as the parameters are to
-    /// follow.
-    fn best_lower_density(&self, point: &PredictionFit, floor: f64) -> Option<PredictionFit> {
-        let mut best = self.at_density(point, (point.noise.torque_density * 0.1).max(floor))?;
-        while best.noise.torque_density > floor {
-            let next = self.at_density(point, (best.noise.torque_density * 0.1).max(floor))?;
-            if next.minus_2_ln_likelihood > best.minus_2_ln_likelihood {
-                break;
-            }
-            best = next;
-        }
-        Some(best)
-    }
-
-    /// Density between the decades, then the white noise of each channel, then the parameters to the end.
-    pub fn refine(&self, best: &mut PredictionFit) {
-        let Some(floor) = self.smallest_density(&best.parameters) else { return };
-        self.match_white_noise(best);
-        for step in [0.5_f64, 0.25] {
+    /// The most likely density at the parameters and the white noise of a point, from its density, not below `floor`.
+    fn match_density(&self, best: &mut PredictionFit, floor: f64) {
+        for decades in [1.0_f64, 0.5, 0.25] {
             for sign in [1.0, -1.0] {
-                let density = (best.noise.torque_density * 10f64.powf(sign * step)).max(floor);
-                if let Some(next) = self.at_density(best, density)
-                    && next.minus_2_ln_likelihood < best.minus_2_ln_likelihood
-                {
+                let mut has_moved = false;
+                loop {
+                    let density = (best.noise.torque_density * 10f64.powf(sign * decades)).max(floor);
+                    if density == best.noise.torque_density {
+                        break;
+                    }
+                    let next = self.at_density(best, density);
+                    let Some(next) = next.filter(|next| next.minus_2_ln_likelihood < best.minus_2_ln_likelihood) else { break };
                     *best = next;
+                    has_moved = true;
+                }
+                if has_moved {
                     break;
                 }
             }
         }
-        self.match_white_noise(best);
-        if let Some(end) = self.descend(best.clone(), LAST_STEPS)
-            && end.minus_2_ln_likelihood <= best.minus_2_ln_likelihood
-        {
-            *best = end;
-        }
     }
 
     /// White noise with which the variance of each channel's innovations is that of the filter, where the likelihood rises by it.
-    pub fn match_white_noise(&self, best: &mut PredictionFit) {
-        let (_, mean_squares) = self.innovations(&best.parameters, &best.initial_states, &best.predictor);
+    fn match_white_noise(&self, best: &mut PredictionFit) {
         let mut noise = best.noise.clone();
         for (c, white) in noise.white.iter_mut().enumerate() {
             // The noise of counts is known.
             let counts = self.data.channels[c].channel == Channel::Angle && self.data.channels[c].quantum.is_some();
             let least = self.least_noise(c);
-            if !counts && mean_squares[c].is_finite() {
-                let variance = white.powi(2) + mean_squares[c] - best.predictor.innovation_variances[c];
+            if !counts && best.mean_squares[c].is_finite() {
+                let variance = white.powi(2) + best.mean_squares[c] - best.predictor.innovation_variances[c];
                 *white = variance.max(MIN_WHITE_FALL * white.powi(2)).sqrt().max(least);
             }
         }
@@ -198,8 +179,15 @@ impl<'s, 'a> Prediction<'s, 'a> {
         if parameters.free().len() + states.kinds.len() > MAX_UNKNOWNS {
             return None;
         }
-        let (minus_2_ln_likelihood, _) = self.innovations(parameters, &states, &predictor);
-        Some(PredictionFit { parameters: parameters.clone(), initial_states: states, noise, minus_2_ln_likelihood, predictor })
+        let (minus_2_ln_likelihood, mean_squares) = self.innovations(parameters, &states, &predictor);
+        Some(PredictionFit {
+            parameters: parameters.clone(),
+            initial_states: states,
+            noise,
+            minus_2_ln_likelihood,
+            mean_squares,
+            predictor,
+        })
     }
 
     fn at_density(&self, point: &PredictionFit, torque_density: f64) -> Option<PredictionFit> {
@@ -219,8 +207,17 @@ impl<'s, 'a> Prediction<'s, 'a> {
         let begin = Iterate::new(self.system, &point.parameters, &data, &point.initial_states);
         let end = solve::minimize_within(Problem { system: self.system, data: &data, weights: &weights }, begin, steps, min_decrease);
         let minus_2_ln_likelihood = end.normal_equations(&weights).cost + self.log_determinant(&point.predictor);
-        let end = PredictionFit { parameters: end.parameters, initial_states: end.initial_states, minus_2_ln_likelihood, ..point };
+        let mean_squares = end.linearization.residuals.iter().map(|residual| self.mean_square(residual)).collect();
+        let end =
+            PredictionFit { parameters: end.parameters, initial_states: end.initial_states, minus_2_ln_likelihood, mean_squares, ..point };
         minus_2_ln_likelihood.is_finite().then_some(end)
+    }
+
+    /// Mean square of a channel's innovations in the fitted rows.
+    fn mean_square(&self, innovations: &[f64]) -> f64 {
+        let fitted = innovations.iter().enumerate().filter(|(row, e)| e.is_finite() && !self.data.held_out(*row));
+        let (sum, rows) = fitted.fold((0.0, 0_usize), |(sum, rows), (_, e)| (sum + e * e, rows + 1));
+        sum / rows as f64
     }
 
     /// Σ n ln s over the channels, of the fitted rows.

@@ -10,7 +10,7 @@
 //! * [`row_model`]: one row of the drive, linearised: transition, random torque, readings;
 //! * [`gain`]: the stationary Kalman filter of that row model;
 //! * [`adjoint`]: gradient of the likelihood by a torque or by an error of a reading at each row;
-//! * [`fit`]: parameters, q and noise of largest likelihood, from a large q downwards (homotopy);
+//! * [`fit`]: parameters, q and noise of largest likelihood, from a free run (q near 0) upwards;
 //! * [`refine`]: final parameters and standard errors of a fit; by prediction errors, where the input was made from a compared channel;
 //! * [`course`]: uncertainty of the parameters by the unknown course of the input within the rows.
 

@@ -1,8 +1,10 @@
 //! Search for the harmonic orders of the angle, and the frequencies, that are worth an exact screening.
 //!
 //! A torque a e^{inθ} changes the rate along the model's first-order decay. Its contribution s to each channel is computed along the logs
-//! for many orders n at once and correlated with the residual r: score = |Σ w s̄ r|² / Σ w |s|². The recursion neglects dry friction and
-//! what the model's own parameters could imitate, so that it only ranks; [`super::score`] computes the exact score of the best few.
+//! and correlated with the residual r: score = |Σ w s̄ r|² / Σ w |s|². The recursion neglects dry friction and what the model's own
+//! parameters could imitate, so that it only ranks; [`super::score`] computes the exact score of the best few. The correlation with all
+//! orders is one Fourier transform, by the adjoint of the recursion; with the power of a constant rate in each row it gives a rough score,
+//! and the recursion is computed for the best few of these.
 
 mod local_torque;
 pub mod periods;
@@ -20,6 +22,7 @@ use crate::identify::explain::fitted::FittedModel;
 use crate::identify::explain::fitted::motion::{angle, measured_current};
 use crate::model::{BaseParameter, Channel, Input, Model};
 use crate::recording::PreparedLog;
+use crate::statistics::fourier::transform;
 
 /// Orders, in periods per turn, that are worth an exact screening, the best first.
 #[derive(Debug, Clone, Default)]
@@ -58,6 +61,10 @@ pub struct Frequencies {
 
 /// Orders scanned together: as many as a few vector registers hold.
 const ORDERS_TOGETHER: usize = 8;
+/// Orders with the best rough score that are scanned, for each that is wanted.
+const SCANNED_PER_ORDER: usize = 4;
+/// Bins per period of the highest order: the sums over them take 3 % of its amplitude.
+const BINS_PER_PERIOD: usize = 8;
 
 /// The best orders that the model does not have yet.
 pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
@@ -73,25 +80,25 @@ pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
     // A torque of order one is an unbalance.
     let mut taken = known(HarmonicSource::Torque);
     taken.push(1);
-    let mut torque = best(&scan.scores(highest, ScannedQuantity::Torque), &taken, criteria.torque_orders);
+    let mut torque = scan.best(highest, ScannedQuantity::Torque, &taken, criteria.torque_orders);
     // Where the model is far off, its simulated angle is wrong; the torque computed from the rows does not depend on the model.
     let power = local_torque::power_by_order(model, data, theta, highest, criteria);
     let local = best(&power, &taken, criteria.local_orders);
     torque.extend(local.into_iter().filter(|order| !torque.contains(order)).collect::<Vec<_>>());
     let motor_constant = if scan.motor_constant.is_some() && scan.current_is_measured {
-        best(&scan.scores(highest, ScannedQuantity::MotorConstant), &known(HarmonicSource::MotorConstant), criteria.motor_constant_orders)
+        scan.best(highest, ScannedQuantity::MotorConstant, &known(HarmonicSource::MotorConstant), criteria.motor_constant_orders)
     } else {
         Vec::new()
     };
     let encoder = if reads_encoder(data) {
-        let scores = scan.scores(criteria.max_encoder_order, ScannedQuantity::EncoderAngle);
-        best(&scores, &known(HarmonicSource::Encoder), criteria.encoder_orders)
+        let orders: Vec<u32> = (1..=criteria.max_encoder_order as u32).collect();
+        scan.best_of(&orders, ScannedQuantity::EncoderAngle, &known(HarmonicSource::Encoder), criteria.encoder_orders)
     } else {
         Vec::new()
     };
     let inertia = if scan.has_inertia {
-        let scores = scan.scores(highest.min(criteria.max_inertia_order), ScannedQuantity::Inertia);
-        best(&scores, &known(HarmonicSource::Inertia), criteria.inertia_orders)
+        let orders: Vec<u32> = (1..=highest.min(criteria.max_inertia_order) as u32).collect();
+        scan.best_of(&orders, ScannedQuantity::Inertia, &known(HarmonicSource::Inertia), criteria.inertia_orders)
     } else {
         Vec::new()
     };
@@ -133,7 +140,7 @@ pub fn search_frequencies(base: &FittedModel) -> Frequencies {
     let max_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
     let highest = criteria.max_half_periods.min((max_Hz / step_Hz) as usize);
     let drifts: Vec<u32> = (1..criteria.min_half_periods).collect();
-    let frequency = |quantity: ScannedQuantity| best(&scan.scores(highest, quantity), &drifts, 1).first().map(|n| f64::from(*n) * step_Hz);
+    let frequency = |quantity: ScannedQuantity| scan.best(highest, quantity, &drifts, 1).first().map(|n| f64::from(*n) * step_Hz);
     Frequencies {
         torque_Hz: frequency(ScannedQuantity::Torque),
         voltage_Hz: data.driven.is_voltage().then(|| frequency(ScannedQuantity::Voltage)).flatten(),
@@ -157,8 +164,6 @@ enum ScannedQuantity {
 
 /// One row, as the scan of every order needs it.
 struct ScanRow {
-    /// cos θ, sin θ.
-    rotation: (f64, f64),
     theta: f64,
     /// Torque and current by a relative change of the motor constant.
     by_motor_constant: (f64, f64),
@@ -248,11 +253,9 @@ impl<'s> Scan<'s> {
                 };
                 let fitted = !data.held_out(row);
                 let residuals = if fitted { (weighted(rate), weighted(drive), weighted(angle)) } else { (0.0, 0.0, 0.0) };
-                let (s, c) = theta[row].sin_cos();
                 let i = current.map_or(0.0, |i| i[row]);
                 let driven_A = if by_voltage { data.input[row] / resistance } else { 0.0 };
                 ScanRow {
-                    rotation: (c, s),
                     theta: theta[row],
                     by_motor_constant: (k * (i - braking * omega), -braking * omega),
                     by_voltage: (k * driven_A, driven_A),
@@ -288,17 +291,51 @@ impl<'s> Scan<'s> {
         (resolved as usize).clamp(1, criteria.max_order)
     }
 
-    /// Score of each order from 0 to `highest`.
-    fn scores(&self, highest: usize, quantity: ScannedQuantity) -> Vec<f64> {
-        let firsts: Vec<usize> = (1..=highest).step_by(ORDERS_TOGETHER).collect();
-        let chunks: Vec<[f64; ORDERS_TOGETHER]> = firsts.par_iter().map(|&first| self.scores_from(first, quantity)).collect();
-        let mut scores = vec![0.0];
-        scores.extend(chunks.into_iter().flatten().take(highest));
-        scores
+    /// The `count` best orders up to `highest`, without those `taken`.
+    fn best(&self, highest: usize, quantity: ScannedQuantity, taken: &[u32], count: usize) -> Vec<u32> {
+        let rough = best(&self.rough_scores(highest, quantity), taken, SCANNED_PER_ORDER * count);
+        self.best_of(&rough, quantity, taken, count)
     }
 
-    /// Scores of [`ORDERS_TOGETHER`] orders from `first` on.
-    fn scores_from(&self, first: usize, quantity: ScannedQuantity) -> [f64; ORDERS_TOGETHER] {
+    /// The `count` best of these orders, without those `taken`.
+    fn best_of(&self, orders: &[u32], quantity: ScannedQuantity, taken: &[u32], count: usize) -> Vec<u32> {
+        let chunks: Vec<&[u32]> = orders.chunks(ORDERS_TOGETHER).collect();
+        let scored = chunks.par_iter().flat_map_iter(|chunk| chunk.iter().copied().zip(self.scores(chunk, quantity)));
+        let mut scored: Vec<(u32, f64)> = scored.filter(|(order, _)| !taken.contains(order)).collect();
+        scored.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        scored.into_iter().take(count).map(|(order, _)| order).collect()
+    }
+
+    /// Rough score of each order from 0 to `highest`.
+    fn rough_scores(&self, highest: usize, quantity: ScannedQuantity) -> Vec<f64> {
+        let mut sums = vec![0.0; (BINS_PER_PERIOD * highest.max(1)).next_power_of_two()];
+        let per_turn = sums.len() as f64 / TAU;
+        for (row, sensitivity) in self.rows.iter().zip(self.sensitivities(quantity)) {
+            let bin = (row.theta * per_turn).rem_euclid(sums.len() as f64) as usize;
+            if let Some(sum) = sums.get_mut(bin) {
+                *sum += sensitivity;
+            }
+        }
+        let power = self.response_power(quantity, 1.0, highest.max(2) as f64);
+        let lines = transform(sums);
+        (0..=highest).map(|order| if order == 0 { 0.0 } else { lines[order].norm_sqr() / power.at(order as f64) }).collect()
+    }
+
+    /// Torque of a row by the quantity, and the current or torque that goes with it at once.
+    fn acts(&self, row: &ScanRow, quantity: ScannedQuantity) -> (f64, f64) {
+        match quantity {
+            ScannedQuantity::Torque | ScannedQuantity::Inertia => (1.0, self.demand_per_torque),
+            ScannedQuantity::MotorConstant => {
+                (row.by_motor_constant.0, row.by_motor_constant.1 + self.demand_per_torque * row.by_motor_constant.0)
+            }
+            ScannedQuantity::Voltage => row.by_voltage,
+            ScannedQuantity::EncoderAngle => (0.0, 0.0),
+        }
+    }
+
+    /// Scores of at most [`ORDERS_TOGETHER`] orders.
+    fn scores(&self, orders: &[u32], quantity: ScannedQuantity) -> [f64; ORDERS_TOGETHER] {
+        let orders: [f64; ORDERS_TOGETHER] = std::array::from_fn(|n| orders.get(n).map_or(0.0, |order| f64::from(*order)));
         let zero = [0.0; ORDERS_TOGETHER];
         let (mut dot_re, mut dot_im, mut power) = (zero, zero, zero);
         // Sums of the rate up to each of the last rows, for the increments of the angle.
@@ -308,30 +345,20 @@ impl<'s> Scan<'s> {
             let (mut sum_re, mut sum_im) = (zero, zero);
             past.fill((zero, zero));
             for (at, row) in self.rows[rows.clone()].iter().enumerate() {
-                let (sin, cos) = (first as f64 * row.theta).sin_cos();
                 let (mut wave_re, mut wave_im) = (zero, zero);
-                let (mut c, mut s) = (cos, sin);
                 for n in 0..ORDERS_TOGETHER {
-                    (wave_re[n], wave_im[n]) = (c, s);
-                    (c, s) = (c * row.rotation.0 - s * row.rotation.1, c * row.rotation.1 + s * row.rotation.0);
+                    (wave_im[n], wave_re[n]) = (orders[n] * row.theta).sin_cos();
                 }
                 if quantity == ScannedQuantity::Inertia {
                     // J(θ) = J (1 + e^{inθ}): the torque −J (ω' + ½ i n ω²) e^{inθ}.
                     let (by_acceleration, by_rate) = (-self.inertia * row.motion.1, -0.5 * self.inertia * row.motion.0 * row.motion.0);
                     for n in 0..ORDERS_TOGETHER {
-                        let turned = by_rate * (first + n) as f64;
+                        let turned = by_rate * orders[n];
                         (wave_re[n], wave_im[n]) =
                             (by_acceleration * wave_re[n] - turned * wave_im[n], by_acceleration * wave_im[n] + turned * wave_re[n]);
                     }
                 }
-                let (torque, at_once) = match quantity {
-                    ScannedQuantity::Torque | ScannedQuantity::Inertia => (1.0, self.demand_per_torque),
-                    ScannedQuantity::MotorConstant => {
-                        (row.by_motor_constant.0, row.by_motor_constant.1 + self.demand_per_torque * row.by_motor_constant.0)
-                    }
-                    ScannedQuantity::Voltage => row.by_voltage,
-                    ScannedQuantity::EncoderAngle => (0.0, 0.0),
-                };
+                let (torque, at_once) = self.acts(row, quantity);
                 let slot = &mut past[at % self.lag.max(1)];
                 let full = at >= self.lag;
                 let weigh = f64::from(u8::from(row.fitted));
@@ -343,7 +370,7 @@ impl<'s> Scan<'s> {
                     let on = f64::from(u8::from(full)) * weigh;
                     if quantity == ScannedQuantity::EncoderAngle && self.angle_is_reference {
                         // The error of the reference in its slope: n ω i e^{inθ}.
-                        let slope_1_s = (first + n) as f64 * row.motion.0;
+                        let slope_1_s = orders[n] * row.motion.0;
                         (re[n], im[n]) = (-slope_1_s * wave_im[n], slope_1_s * wave_re[n]);
                     }
                     let drive_re = self.current_per_rate * re[n] + at_once * wave_re[n];

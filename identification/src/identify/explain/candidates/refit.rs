@@ -1,7 +1,10 @@
 //! Refits of the best trials, and what is necessary to find their minima.
 //!
 //! Where the given parameters may be far off, the trials are fitted to short windows first: within a short window a missing effect shifts
-//! the parameters only a little. Effects with a shaft are expensive to simulate: they are compared on an excerpt first.
+//! the parameters only a little, and a shaft does not run out of phase. Effects with a shaft are expensive to simulate: beside a model of the
+//! whole logs they are compared on an excerpt first.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -141,9 +144,9 @@ fn best_on_excerpt(base: &FittedModel, screening: &Screening, fitted: &[FittedCa
     let criteria = base.context.criteria;
     let expensive = screening.best(true, criteria);
     let excerpt = base.excerpt();
-    let rows = excerpt.segments[0].clone();
     let chi2_of = |residuals: &mut dyn Iterator<Item = &[f64]>| -> f64 {
-        let sum = |r: &[f64]| r[rows.clone()].iter().filter(|r| r.is_finite()).map(|r| r * r).sum::<f64>();
+        let of_rows = |r: &[f64], rows: &Range<usize>| r[rows.clone()].iter().filter(|r| r.is_finite()).map(|r| r * r).sum::<f64>();
+        let sum = |r: &[f64]| excerpt.segments.iter().map(|rows| of_rows(r, rows)).sum::<f64>();
         residuals.zip(&base.weights).map(|(r, w)| w * sum(r)).sum()
     };
     let given = chi2_of(&mut base.residuals().into_iter());

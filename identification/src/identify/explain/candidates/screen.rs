@@ -87,7 +87,7 @@ impl Screening {
     pub fn best_for_windows(&self, criteria: &Criteria) -> Vec<usize> {
         let c = &criteria.screening;
         let mut chosen: Vec<usize> = Vec::new();
-        let significant = |k: usize| self.scores[k].chi2_decrease > self.critical_score && !self.trials[k].is_expensive();
+        let significant = |k: usize| self.scores[k].chi2_decrease > self.critical_score;
         for &k in self.order.iter().filter(|&&k| significant(k)) {
             let of_effect = chosen.iter().filter(|&&other| self.trials[other].card.id == self.trials[k].card.id).count();
             if chosen.len() < c.max_window_trials && of_effect < c.max_window_trials_per_effect {

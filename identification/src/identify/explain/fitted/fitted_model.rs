@@ -342,10 +342,15 @@ impl<'a> FittedModel<'a> {
         solve::minimize_within(Problem { system, data, weights: &self.weights }, iterate, max_steps, |chi2| stop.min_decrease(chi2))
     }
 
-    /// A few seconds of the data where the model fails most: enough to compare effects that are expensive to simulate.
+    /// A few seconds of the data where the model fails most, or all of its short windows: enough to compare effects that are expensive to
+    /// simulate.
     pub fn excerpt(&self) -> PreparedLog<'a> {
         let (data, criteria) = (&self.data, &self.context.criteria.descent);
         let rows = ((criteria.excerpt_s / data.dt_s) as usize).max(criteria.min_excerpt_rows);
+        let in_all: usize = data.segments.iter().map(ExactSizeIterator::len).sum();
+        if in_all <= criteria.max_excerpts_of_windows * rows && data.segments.iter().all(|segment| segment.len() * 2 <= rows) {
+            return PreparedLog { held_out: None, ..data.clone() };
+        }
         let mut best: Option<(f64, Range<usize>)> = None;
         for segment in &data.segments {
             let mut from = segment.start;

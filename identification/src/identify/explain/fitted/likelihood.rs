@@ -231,7 +231,7 @@ impl Whitener {
                     gradient[products.index(i, key.segment)] += weight * of_change[i];
                 }
                 for j in 0..products.lanes {
-                    information[(products.index(i, key.segment), products.index(j, key.segment))] += weight * cell.h[i][j];
+                    information[(products.index(i, key.segment), products.index(j, key.segment))] += weight * cell.product(i, j);
                 }
             }
         }
@@ -368,7 +368,7 @@ struct SumsOfProducts<const N: usize> {
     rows: f64,
     /// Derivatives times residual.
     g: [f64; N],
-    /// Derivatives times derivatives.
+    /// Derivatives times derivatives: the lower triangle.
     h: [[f64; N]; N],
     /// Derivatives times each change of the readings.
     by_changes: Vec<[f64; N]>,
@@ -384,7 +384,8 @@ impl<const N: usize> SumsOfProducts<N> {
         self.rows += 1.0;
         for i in 0..N {
             self.g[i] += d[i] * e;
-            for j in 0..N {
+            // The lower triangle in groups of four columns, which the compiler vectorises.
+            for j in 0..((i | 3) + 1).min(N) {
                 self.h[i][j] += d[i] * d[j];
             }
         }
@@ -395,13 +396,18 @@ impl<const N: usize> SumsOfProducts<N> {
         }
     }
 
+    /// Sum of the products of two derivatives.
+    fn product(&self, i: usize, j: usize) -> f64 {
+        self.h[i.max(j)][i.min(j)]
+    }
+
     /// Sum of squares after a step of the unknowns, by the linear model.
     fn after(&self, step: &[f64], lanes: usize) -> f64 {
         let mut square = self.square;
         for i in 0..lanes {
             square -= 2.0 * self.g[i] * step[i];
             for j in 0..lanes {
-                square += step[i] * self.h[i][j] * step[j];
+                square += step[i] * self.product(i, j) * step[j];
             }
         }
         square

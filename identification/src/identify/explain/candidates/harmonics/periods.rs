@@ -9,9 +9,10 @@ use drive_model::{PeriodOf, Screening};
 use realfft::num_complex::Complex;
 
 use super::phase_lines::{Phase, PhaseLines};
-use super::{Scan, angle};
+use super::{Scan, ScannedQuantity, angle};
 use crate::identify::explain::criteria::HarmonicCriteria;
 use crate::identify::explain::fitted::FittedModel;
+use crate::identify::explain::fitted::stiffness::shaft_resonances_Hz;
 use crate::model::Input;
 use crate::statistics::robust::median;
 
@@ -57,6 +58,7 @@ pub fn search_periods(base: &FittedModel) -> Periods {
     let highest_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
     let mut taken = known(base, PeriodOf::Time);
     taken.extend(excitation_lines(base, &phase, highest_Hz));
+    taken.extend(resonance_lines(base));
     let (found, tested) = Scan::new(base, &phase.rad).best_periods(&phase, highest_Hz, &taken, criteria);
     periods.frequencies_Hz = found;
     periods.tested += tested;
@@ -94,6 +96,21 @@ fn excitation_lines(base: &FittedModel, phase: &Phase, highest_Hz: f64) -> Vec<f
     if command.is_some() || found.len() >= MIN_VOLTAGE_LINES { found } else { Vec::new() }
 }
 
+/// Frequencies at which a shaft of the model resonates, a line of the log apart, Hz. Every small error of the model excites the resonance, so
+/// that a torque of that frequency cannot be told from one.
+fn resonance_lines(base: &FittedModel) -> Vec<f64> {
+    let (from_s, to_s) = base.data.time_range_s();
+    let line_Hz = 1.0 / (to_s - from_s).max(base.data.dt_s);
+    let lines = |(from_Hz, to_Hz): (f64, f64)| {
+        let count = ((to_Hz - from_Hz) / line_Hz).ceil().min(MAX_RESONANCE_LINES) as usize;
+        (0..=count).map(move |k| from_Hz + (to_Hz - from_Hz) * k as f64 / count.max(1) as f64)
+    };
+    shaft_resonances_Hz(&base.model).into_iter().flat_map(lines).collect()
+}
+
+/// Lines of a resonance at most.
+const MAX_RESONANCE_LINES: f64 = 10_000.0;
+
 /// The periods that the model has.
 pub fn known(base: &FittedModel, of: PeriodOf) -> Vec<f64> {
     let uses = base.model.effects().iter().filter(|e| e.card.screening == Screening::Periodicities(of));
@@ -104,10 +121,10 @@ pub fn known(base: &FittedModel, of: PeriodOf) -> Vec<f64> {
 impl Scan<'_> {
     /// The best orders over the `phase` of the rows up to `highest`, without those `known`, and the number of distinguishable orders.
     fn best_periods(&self, phase: &Phase, highest: f64, known: &[f64], criteria: &HarmonicCriteria) -> (Vec<f64>, usize) {
-        let lines = PhaseLines::of(phase, &self.torque_sensitivities(), criteria.min_periods_in_log, highest);
+        let lines = PhaseLines::of(phase, &self.sensitivities(ScannedQuantity::Torque), criteria.min_periods_in_log, highest);
         let Some(lines) = lines else { return (Vec::new(), 0) };
         let (lowest, highest) = lines.range();
-        let power = self.response_power(lowest, highest);
+        let power = self.response_power(ScannedQuantity::Torque, lowest, highest);
         let score = |line: usize, sum: &Complex<f64>| {
             let order = lines.order(line);
             if (lowest..=highest).contains(&order) { sum.norm_sqr() / power.at(order) } else { 0.0 }
@@ -116,8 +133,8 @@ impl Scan<'_> {
         (lines.best(&scores, |line| scores[line], known, criteria.periods), lines.distinguishable())
     }
 
-    /// Sensitivity of the sum of weighted residuals to a torque in each row, by the adjoint of the recursion of [`Scan::scores_from`].
-    fn torque_sensitivities(&self) -> Vec<f64> {
+    /// Sensitivity of the sum of weighted residuals to the quantity in each row, by the adjoint of the recursion of [`Scan::scores`].
+    pub(super) fn sensitivities(&self, quantity: ScannedQuantity) -> Vec<f64> {
         let mut sensitivities = vec![0.0; self.rows.len()];
         for rows in self.segments {
             let segment = &self.rows[rows.clone()];
@@ -125,7 +142,8 @@ impl Scan<'_> {
             // Sensitivities to the sum of the rate and to the rate, after the row.
             let (mut to_sum, mut to_rate) = (0.0, 0.0);
             for (k, row) in segment.iter().enumerate().rev() {
-                sensitivities[rows.start + k] = self.demand_per_torque * row.residuals.1 + self.rate_per_torque * to_rate;
+                let (torque, at_once) = self.acts(row, quantity);
+                sensitivities[rows.start + k] = at_once * row.residuals.1 + self.rate_per_torque * torque * to_rate;
                 to_rate = row.residuals.0 + self.current_per_rate * row.residuals.1 + self.decay * to_rate + self.dt_s * to_sum;
                 to_sum += angle(k) - angle(k + self.lag);
             }
@@ -133,8 +151,8 @@ impl Scan<'_> {
         sensitivities
     }
 
-    /// Power of the weighted response to a torque of unit amplitude, over the order.
-    fn response_power(&self, lowest: f64, highest: f64) -> Power {
+    /// Power of the weighted response to the quantity with unit amplitude, over the order.
+    pub(super) fn response_power(&self, quantity: ScannedQuantity, lowest: f64, highest: f64) -> Power {
         let stride = (self.rows.len() / POWER_ROWS).max(1);
         let rows: Vec<&super::ScanRow> = self.rows.iter().step_by(stride).filter(|row| row.fitted).collect();
         let step = (highest / lowest).ln() / (POWER_ORDERS - 1) as f64;
@@ -146,9 +164,11 @@ impl Scan<'_> {
                 // Response of the rate: gain / (e^{iωΔt} − decay).
                 let (re, im) = (cos - self.decay, sin);
                 let square = (re * re + im * im).max(1e-30);
-                let (rate_re, rate_im) = (self.rate_per_torque * re / square, -self.rate_per_torque * im / square);
+                let (torque, at_once) = self.acts(row, quantity);
+                let gain = self.rate_per_torque * torque / square;
+                let (rate_re, rate_im) = (gain * re, -gain * im);
                 let rate = rate_re * rate_re + rate_im * rate_im;
-                let drive = (self.current_per_rate * rate_re + self.demand_per_torque).powi(2) + (self.current_per_rate * rate_im).powi(2);
+                let drive = (self.current_per_rate * rate_re + at_once).powi(2) + (self.current_per_rate * rate_im).powi(2);
                 let increment_s = if w * window_s > 1e-6 { 2.0 * (0.5 * w * window_s).sin() / w } else { window_s };
                 self.weights.0 * rate + self.weights.1 * drive + self.weights.2 * rate * increment_s * increment_s
             };
@@ -164,14 +184,14 @@ const POWER_ROWS: usize = 2000;
 const POWER_ORDERS: usize = 48;
 
 /// A power over the order, interpolated in its logarithm.
-struct Power {
+pub(super) struct Power {
     lowest: f64,
     step: f64,
     ln: Vec<f64>,
 }
 
 impl Power {
-    fn at(&self, order: f64) -> f64 {
+    pub(super) fn at(&self, order: f64) -> f64 {
         let position = ((order / self.lowest).ln() / self.step).clamp(0.0, (self.ln.len() - 1) as f64);
         let k = (position as usize).min(self.ln.len().saturating_sub(2));
         let part = position - k as f64;
