@@ -10,6 +10,7 @@ use serde::Serialize;
 use stand_firmware::telemetry::RowFrame;
 use tokio::sync::broadcast;
 
+use super::jobs::JobState;
 use super::line::{DriveState, LineObserver};
 
 /// Time that a page that has just opened is given, s.
@@ -52,6 +53,7 @@ struct Contents {
     columns: Vec<&'static str>,
     blocks: VecDeque<(f64, Bytes)>,
     drive: DriveState,
+    job: JobState,
     commands: VecDeque<Bytes>,
 }
 
@@ -97,6 +99,16 @@ impl Hub {
     /// State of the drive.
     pub fn drive(&self) -> DriveState {
         self.contents().drive.clone()
+    }
+
+    /// The job.
+    pub fn job(&self) -> JobState {
+        self.contents().job.clone()
+    }
+
+    /// The job has changed.
+    pub fn set_job(&self, job: JobState) {
+        self.contents().job = job;
     }
 
     /// A command was sent.

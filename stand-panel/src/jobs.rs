@@ -73,11 +73,12 @@ pub struct JobState {
 }
 
 /// The job that runs, or the last one.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct Jobs {
     state: Arc<Mutex<JobState>>,
     /// The reply to [`JobState::asks`].
     reply: Arc<Mutex<Option<String>>>,
+    changed: Arc<dyn Fn(JobState) + Send + Sync>,
 }
 
 /// A job's view of itself.
@@ -132,6 +133,11 @@ impl Job {
 }
 
 impl Jobs {
+    /// No job; `changed` receives each new state.
+    pub fn new(changed: impl Fn(JobState) + Send + Sync + 'static) -> Self {
+        Jobs { state: Arc::default(), reply: Arc::default(), changed: Arc::new(changed) }
+    }
+
     /// The state now.
     pub fn state(&self) -> JobState {
         locked(&self.state).clone()
@@ -168,6 +174,7 @@ impl Jobs {
             self.change(|state| (state.is_running, state.error) = (false, error.clone()));
             return Err(error);
         }
+        (self.changed)(self.state());
         let jobs = self.clone();
         let run = move || {
             let job = Job(jobs.clone());
@@ -204,5 +211,6 @@ impl Jobs {
 
     fn change(&self, change: impl FnOnce(&mut JobState)) {
         change(&mut locked(&self.state));
+        (self.changed)(self.state());
     }
 }

@@ -77,7 +77,10 @@ pub fn serve(port: &Path, folder: &Path, listen: u16, ready: impl FnOnce(&str), 
     let session = Arc::new(Session::open(folder)?);
     let hub = Arc::new(Hub::default());
     let (line, thread) = Line::open(port, Box::new(HubObserver(hub.clone())))?;
-    let jobs = Jobs::default();
+    let jobs = Jobs::new({
+        let hub = hub.clone();
+        move |state| hub.set_job(state)
+    });
     let streaming = stream::keep(line.clone(), jobs.clone());
     let gate = server.gate();
     let panel = Arc::new(Panel {

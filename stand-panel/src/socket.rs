@@ -60,7 +60,7 @@ fn state(panel: &Panel, client: ClientId) -> Bytes {
         port: panel.line.name().to_owned(),
         folder: panel.session.folder().display().to_string(),
         drive: panel.hub.drive(),
-        job: panel.jobs.state(),
+        job: panel.hub.job(),
         lost_rows: losses.rows,
         damaged_frames: losses.damaged,
     };

@@ -53,7 +53,7 @@ pub fn adequacy(model: &FittedModel) -> Adequacy {
         return Adequacy::WhiteNoise;
     }
     let criteria = &model.context.criteria.adequacy;
-    if is_slow(model, criteria) {
+    if may_be_motion(model, criteria) {
         return Adequacy::Dependent;
     }
     let left = Remainder::of(model);
@@ -106,9 +106,9 @@ pub fn coloured_noise(model: &FittedModel) -> Vec<Remark> {
         .collect()
 }
 
-/// A residual is correlated over so much of the log that no test can tell it from the motion, and no other sensor of the motion shows that
-/// the platform did not move so.
-fn is_slow(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
+/// No test can tell a residual from the motion, and no other sensor of the motion shows that the platform did not move so: it is correlated
+/// over much of the log, or so large that the motion of the model, on which the tests rest, may be far off.
+fn may_be_motion(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
     let data = &model.data;
     let above: Vec<&ChannelFit> = above_white_noise(model).collect();
     let is_of_motion = |channel: Channel| matches!(channel, Channel::Rate | Channel::Angle);
@@ -117,7 +117,9 @@ fn is_slow(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
         return false;
     }
     let duration_s = data.len() as f64 * data.dt_s;
-    above.iter().any(|c| correlation_time_s(&c.residual, data.dt_s) * criteria.min_correlation_times > duration_s)
+    let is_slow = |c: &ChannelFit| correlation_time_s(&c.residual, data.dt_s) * criteria.min_correlation_times > duration_s;
+    let is_dominant = |c: &ChannelFit| model.context.criteria.noise.misfit(c.chi2_per_n()) == MisfitClass::Dominant;
+    above.iter().any(|c| is_dominant(c) || is_slow(c))
 }
 
 fn above_white_noise<'m>(model: &'m FittedModel) -> impl Iterator<Item = &'m ChannelFit> {
@@ -498,10 +500,10 @@ mod tests {
             .collect()
     }
 
-    /// What the true model leaves, and whether that is slow, if `torque` is hidden and `error` is that of the sensor.
+    /// What the true model leaves, and whether that may be motion, if `torque` is hidden and `error` is that of the sensor.
     fn left_of(torque: &[f64], error: &[f64]) -> (Adequacy, bool) {
         let rows = torque.iter().copied().zip(error.iter().copied());
-        with_fit(rows, |fitted| (adequacy(&fitted), is_slow(&fitted, &AdequacyCriteria::default())))
+        with_fit(rows, |fitted| (adequacy(&fitted), may_be_motion(&fitted, &AdequacyCriteria::default())))
     }
 
     #[test]
@@ -513,6 +515,8 @@ mod tests {
         assert!(matches!(left_of(&slow, &white), (Adequacy::Dependent, true)), "a torque that wanders over seconds");
         let fast: Vec<f64> = scaled(coloured(&mut draw, 1200, 0.8), 0.1).iter().zip(&white).map(|(a, b)| a + b).collect();
         assert!(matches!(left_of(&[0.0; 1200], &fast), (Adequacy::ColouredNoise(_), false)), "noise over 50 ms");
+        let smooth = scaled(coloured(&mut draw, 1200, 0.97), 0.1);
+        assert!(matches!(left_of(&[0.0; 1200], &smooth), (Adequacy::Dependent, true)), "six times the white noise, by the only sensor");
     }
 
     #[test]
