@@ -19,7 +19,7 @@ const rms = (/** @type {Float64Array} */ values) => Math.sqrt(values.reduce((sum
 /** @param {HTMLElement} parent @param {any} answer @param {Record<string, Float64Array>} series */
 export function showSignature(parent, answer, series) {
   clearSignature();
-  parent.replaceChildren(element("h3", {}, `${text("signature_in")}: ${answer.effect}, ${answer.log}`), answer.converged ? "" : element("p", { class: "faint" }, text("not_converged")));
+  parent.replaceChildren(element("h3", {}, `${text("signature_in")}: ${answer.effect}, ${answer.log}`), answer.converged ? "" : element("p", { class: "warn" }, text("signature_not_converged")));
   for (const name of Object.keys(series).filter((column) => `${column}_model_with` in series)) {
     const [measured, without, predicted] = [series[name], series[`${name}_model`], series[`${name}_model_with`]];
     const residual = measured.map((value, k) => value - without[k]);

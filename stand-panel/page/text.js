@@ -253,6 +253,7 @@ export const TEXT = {
   command_line_text: ["Report of the command line (English)", "Звіт командного рядка (англійською)"],
   from_catalogue: ["The catalogue says:", "З каталогу:"],
   signature_start: ["Show in the log", "Показати в журналі"],
+  signature_not_converged: ["A fit has not converged: the curves are approximate.", "Підбір не збігся: криві наближені."],
   signature_in: ["What the effect explains of the residual", "Що ефект пояснює із залишку"],
   predicted: ["explained by the effect", "пояснює ефект"],
   with_effect: ["with the effect", "з ефектом"],

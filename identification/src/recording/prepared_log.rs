@@ -123,6 +123,11 @@ impl<'a> PreparedLog<'a> {
         PreparedLog { predictor, ..self.clone() }
     }
 
+    /// No row is held out.
+    pub fn with_all_rows(&self) -> Self {
+        PreparedLog { held_out: None, ..self.clone() }
+    }
+
     /// Only these parts of the segments.
     pub fn of_segments(&self, segments: Vec<Range<usize>>) -> Self {
         PreparedLog { segments, ..self.clone() }
@@ -130,7 +135,7 @@ impl<'a> PreparedLog<'a> {
 
     /// Only these rows, none of them held out.
     pub fn of_rows(&self, rows: Range<usize>) -> Self {
-        PreparedLog { segments: vec![rows], held_out: None, ..self.clone() }
+        PreparedLog { segments: vec![rows], ..self.with_all_rows() }
     }
 
     /// With another course of the voltage within the rows.

@@ -46,6 +46,7 @@ const DECADES: i32 = 12;
 const MIN_DECREASE: f64 = 0.05;
 /// Part of a variance to which it may fall at once.
 const MIN_WHITE_FALL: f64 = 0.01;
+
 /// Rounds of noise and parameters from a near start at most, and steps of the parameters in each.
 const NEAR_ROUNDS: usize = 12;
 const NEAR_STEPS: usize = 40;
@@ -197,15 +198,10 @@ impl<'s, 'a> Prediction<'s, 'a> {
 
     /// Steps of the parameters with the filter of the point.
     pub fn descend(&self, point: PredictionFit, steps: usize) -> Option<PredictionFit> {
-        self.descend_to(point, steps, |_| MIN_DECREASE)
-    }
-
-    /// Steps of the parameters with the filter of the point, until the predicted decrease is below a limit that depends on χ².
-    pub fn descend_to(&self, point: PredictionFit, steps: usize, min_decrease: impl FnMut(f64) -> f64) -> Option<PredictionFit> {
         let data = self.following(&point.predictor);
         let weights: Vec<f64> = point.predictor.innovation_variances.iter().map(|s| 1.0 / s).collect();
         let begin = Iterate::new(self.system, &point.parameters, &data, &point.initial_states);
-        let end = solve::minimize_within(Problem { system: self.system, data: &data, weights: &weights }, begin, steps, min_decrease);
+        let end = solve::minimize_within(Problem { system: self.system, data: &data, weights: &weights }, begin, steps, |_| MIN_DECREASE);
         let minus_2_ln_likelihood = end.normal_equations(&weights).cost + self.log_determinant(&point.predictor);
         let mean_squares = end.linearization.residuals.iter().map(|residual| self.mean_square(residual)).collect();
         let end =

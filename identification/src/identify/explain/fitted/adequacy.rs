@@ -106,8 +106,8 @@ pub fn coloured_noise(model: &FittedModel) -> Vec<Remark> {
         .collect()
 }
 
-/// No test can tell a residual from the motion, and no other sensor of the motion shows that the platform did not move so: it is correlated
-/// over much of the log, or so large that the motion of the model, on which the tests rest, may be far off.
+/// The residual may be motion of the platform. No other sensor of the motion is at its noise, and the tests decide nothing: the residual is
+/// correlated over much of the log, or so large that the motion of the model, on which the tests rest, may be far off.
 fn may_be_motion(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
     let data = &model.data;
     let above: Vec<&ChannelFit> = above_white_noise(model).collect();

@@ -349,7 +349,7 @@ impl<'a> FittedModel<'a> {
         let rows = ((criteria.excerpt_s / data.dt_s) as usize).max(criteria.min_excerpt_rows);
         let in_all: usize = data.segments.iter().map(ExactSizeIterator::len).sum();
         if in_all <= criteria.max_excerpts_of_windows * rows && data.segments.iter().all(|segment| segment.len() * 2 <= rows) {
-            return PreparedLog { held_out: None, ..data.clone() };
+            return data.with_all_rows();
         }
         let mut best: Option<(f64, Range<usize>)> = None;
         for segment in &data.segments {
